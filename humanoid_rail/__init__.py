@@ -1,0 +1,48 @@
+"""Motion planning for redundant two-armed robots, after Kacprzak and Pajak (2019).
+
+>>> from humanoid_rail import load_robot, load_scene, plan
+>>> trajectory = plan(load_robot(), load_scene("scenes/paper.yaml"))
+"""
+
+from humanoid_rail.description import build_urdf
+from humanoid_rail.errors import HumanoidRailError, InvalidInput
+from humanoid_rail.kinematics import Kinematics, State
+from humanoid_rail.limits import Violation
+from humanoid_rail.obstacles import Box, Capsule, HalfSpace, Mesh, Sphere
+from humanoid_rail.paper import paper_scene, plan_case
+from humanoid_rail.planner import plan
+from humanoid_rail.resolution import Gains
+from humanoid_rail.robot import Hand, Robot, load_robot, robot_from_urdf
+from humanoid_rail.scene import Scene, load_scene, make_scene
+from humanoid_rail.trajectory import Status, Trajectory, read_trajectory, write_trajectory
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "Box",
+    "Capsule",
+    "Gains",
+    "HalfSpace",
+    "Hand",
+    "HumanoidRailError",
+    "InvalidInput",
+    "Kinematics",
+    "Mesh",
+    "Robot",
+    "Scene",
+    "Sphere",
+    "State",
+    "Status",
+    "Trajectory",
+    "Violation",
+    "build_urdf",
+    "load_robot",
+    "load_scene",
+    "make_scene",
+    "paper_scene",
+    "plan",
+    "plan_case",
+    "read_trajectory",
+    "robot_from_urdf",
+    "write_trajectory",
+]

@@ -1,0 +1,36 @@
+"""What the scripts share: how they print and fail."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+import click
+from rich.console import Console
+
+from humanoid_rail.errors import HumanoidRailError
+
+console = Console(highlight=False)
+
+BAD_INPUT = 2
+"""Exit code after bad input."""
+
+
+def run(command: click.Command) -> None:
+    """Run a command and exit: bad input is one line of stderr and exit code 2, an interrupt exit code 130."""
+    try:
+        code = command.main(standalone_mode=False)
+    except (HumanoidRailError, click.ClickException) as error:
+        message = error.format_message() if isinstance(error, click.ClickException) else str(error)
+        click.echo(f"error: {' '.join(message.split())}", err=True)
+        code = BAD_INPUT
+    except (click.Abort, KeyboardInterrupt):
+        code = 130
+    sys.exit(code if isinstance(code, int) else 0)
+
+
+def has_display() -> bool:
+    """Whether a browser window can be opened."""
+    if sys.platform in ("darwin", "win32"):
+        return True
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))

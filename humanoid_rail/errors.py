@@ -1,0 +1,55 @@
+"""The errors this package raises on purpose."""
+
+from __future__ import annotations
+
+import reprlib
+
+
+class HumanoidRailError(Exception):
+    """Base class of every error this package raises on purpose."""
+
+
+class InvalidInput(HumanoidRailError, ValueError):
+    """An input that cannot be used.
+
+    Attributes:
+        field: Path of the offending field, for example ``obstacles[0].radius``.
+        value: What was given.
+        valid: What would have been right, in words.
+        source: File the field was read from, if any.
+    """
+
+    def __init__(self, field: str, value: object, valid: str, source: str | None = None) -> None:
+        self.field = field
+        self.value = value
+        self.valid = valid
+        self.source = source
+        super().__init__(field, value, valid, source)
+
+    def __str__(self) -> str:
+        where = f"{self.source}: " if self.source else ""
+        return _one_line(f"{where}{self.field} is {_short(self.value)}; valid: {self.valid}")
+
+
+class Missing:
+    """Stands for the value of a field that is not there."""
+
+    def __repr__(self) -> str:
+        return "missing"
+
+
+MISSING = Missing()
+
+
+def _short(value: object) -> str:
+    """Return the representation of a value, cut to a readable length."""
+    shortener = reprlib.Repr()
+    shortener.maxstring = shortener.maxother = shortener.maxlong = 60
+    try:
+        return shortener.repr(value)
+    except Exception:  # a foreign __repr__ may raise anything, and must not hide the error it is quoted in
+        return f"<{type(value).__name__}>"
+
+
+def _one_line(text: str) -> str:
+    return " ".join(text.split())

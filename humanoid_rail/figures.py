@@ -1,0 +1,123 @@
+"""Figures 2 to 10 of the paper and the sweep of the activation distance. The only module that imports matplotlib."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import MultipleLocator
+from numpy.typing import NDArray
+
+from humanoid_rail.kinematics import Kinematics
+from humanoid_rail.obstacles import Sphere
+from humanoid_rail.paper import SweepPoint
+from humanoid_rail.robot import Robot
+from humanoid_rail.scene import Scene
+from humanoid_rail.trajectory import Trajectory
+
+Array = NDArray[np.float64]
+
+TORSO, HANDS, OBSTACLE = "#3b4252", ("#1f70cc", "#e86b1a"), "#d6453d"
+LINES = ("#1f70cc", "#e86b1a", "#2e9e5b", "#8e44ad")
+
+
+def motion_figure(robot: Robot, scene: Scene, trajectory: Trajectory, title: str) -> Figure:
+    """Return a picture of the first and the last configuration, the way between and the spheres (Figs 2, 5, 8).
+
+    Obstacles other than spheres are left out.
+    """
+    figure = Figure(figsize=(7.5, 6.5), layout="constrained")
+    axes: Any = figure.add_subplot(projection="3d", computed_zorder=False)
+    kinematics = Kinematics(robot)
+    configurations = np.linspace(0.0, trajectory.duration, 7)
+    q = np.array([np.interp(configurations, trajectory.t, column) for column in trajectory.q.T]).T
+    for k, configuration in enumerate(q):
+        at_end = k in (0, len(q) - 1)
+        for name, bone in zip(robot.link_names, kinematics.bones(configuration), strict=True):
+            colour = HANDS[0] if name.startswith("left") else HANDS[1] if name.startswith("right") else TORSO
+            style = (
+                {"linewidth": 3.2, "markersize": 3} if at_end else {"linewidth": 1.4, "markersize": 1.5, "alpha": 0.22}
+            )
+            axes.plot(*bone.T, color=colour, marker="o", linestyle="-" if k else (0, (2, 0.6)), **style)
+    for hand, colour, name in zip(np.moveaxis(trajectory.hands, 1, 0), HANDS, trajectory.hand_names, strict=False):
+        axes.plot(*hand.T, color=colour, linewidth=1.0, label=f"{name} hand")
+        axes.scatter(*scene.targets[name], color=colour, marker="*", s=140, edgecolor="black", linewidth=0.6)
+    for obstacle in scene.obstacles:
+        if isinstance(obstacle, Sphere):
+            axes.plot_surface(*_sphere(obstacle), color=OBSTACLE, alpha=0.6, linewidth=0, shade=False)
+    axes.set(title=title, xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
+    low, high = np.array(axes.get_w_lims()).reshape(3, 2).T
+    axes.set_box_aspect(high - low, zoom=1.2)
+    for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
+        axis.set_major_locator(MultipleLocator(1.0))
+    axes.view_init(elev=22, azim=-152)
+    axes.legend(loc="upper right", frameon=False)
+    return figure
+
+
+def clearance_figure(trajectory: Trajectory, title: str) -> Figure:
+    """Return the clearance of every obstacle over time (Figs 3, 6, 9)."""
+    figure = Figure(figsize=(6.5, 4), layout="constrained")
+    axes = figure.add_subplot()
+    for i, clearance in enumerate(trajectory.clearance.T):
+        axes.plot(trajectory.t, clearance, color=LINES[i % len(LINES)], label=f"obstacle {i + 1}")
+    axes.axhline(0.0, color="black", linewidth=0.8)
+    if trajectory.clearance.size and trajectory.clearance.min() < 0:
+        axes.axhspan(1.1 * float(trajectory.clearance.min()), 0.0, color=OBSTACLE, alpha=0.12, label="penetration")
+    axes.set(title=title, xlabel="t [s]", ylabel="clearance of the nearest link [m]")
+    _finish(axes, trajectory)
+    return figure
+
+
+def manipulability_figure(trajectory: Trajectory, title: str) -> Figure:
+    """Return the manipulability of the arms over time (Figs 4, 7, 10)."""
+    figure = Figure(figsize=(6.5, 4), layout="constrained")
+    axes = figure.add_subplot()
+    axes.plot(trajectory.t, trajectory.manipulability, color=LINES[0])
+    axes.set(title=title, xlabel="t [s]", ylabel=r"manipulability $\mu$ (eq. 3.4)")
+    axes.set_ylim(0.0, 1.1 * float(trajectory.manipulability.max()))
+    _finish(axes, trajectory, legend=False)
+    return figure
+
+
+def sweep_figure(sweeps: Sequence[tuple[str, Sequence[SweepPoint], tuple[float, float]]]) -> Figure:
+    """Return clearance and final manipulability against the activation distance, the range of the claims shaded.
+
+    Args:
+        sweeps: For each robot a name, the points of its sweep and the range in which all claims hold, m.
+    """
+    figure = Figure(figsize=(4.8 * len(sweeps), 6.2), layout="constrained")
+    grid = figure.subplots(2, len(sweeps), sharex=True, sharey="row", squeeze=False)
+    for column, (name, points, (low, high)) in enumerate(sweeps):
+        epsilon = [point.epsilon for point in points]
+        above, below = grid[0, column], grid[1, column]
+        for i in range(3):
+            above.plot(epsilon, [p.clearance[i] for p in points], color=LINES[i], label=f"case {i + 1}")
+            below.plot(epsilon, [p.manipulability[i] for p in points], color=LINES[i], label=f"case {i + 1}")
+        above.axhline(0.0, color="black", linewidth=0.8)
+        for axes in (above, below):
+            axes.axvspan(low, high, color=LINES[2], alpha=0.12, label=f"all claims hold: {low:.2f} to {high:.2f} m")
+            axes.grid(alpha=0.3)
+        above.set(title=name)
+        below.set(xlabel="activation distance [m]")
+        above.legend(frameon=False, fontsize=8)
+    grid[0, 0].set(ylabel="least clearance [m]")
+    grid[1, 0].set(ylabel=r"final manipulability $\mu$")
+    return figure
+
+
+def _finish(axes: Any, trajectory: Trajectory, legend: bool = True) -> None:
+    axes.set_xlim(0.0, max(trajectory.duration, 1e-3))
+    axes.grid(alpha=0.3)
+    if legend:
+        axes.legend(frameon=False)
+
+
+def _sphere(sphere: Sphere) -> Array:
+    """Return the surface (3, 24, 24) of a sphere."""
+    u, v = np.meshgrid(np.linspace(0, 2 * np.pi, 24), np.linspace(0, np.pi, 24))
+    surface = np.array([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)])
+    points: Array = np.array(sphere.center)[:, None, None] + sphere.radius * surface
+    return points

@@ -1,0 +1,216 @@
+"""What is true of a robot among obstacles at one configuration: eq. 2.1, 2.2, 3.4 and the psi of eq. 3.3.
+
+Shapes: n actuated joints, h hands, L links (collision bodies), O obstacles. Metres and radians, in the base frame.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import coal
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike, NDArray
+
+from humanoid_rail.obstacles import Obstacle
+from humanoid_rail.robot import Robot
+from humanoid_rail.shapes import PlacedShape, placed_shapes
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Everything eq. 4.9 needs to know at a configuration."""
+
+    q: Array
+    """Configuration (n,), m and rad."""
+    hands: Array
+    """f(q) of eq. 2.1: positions of the hands (h, 3), m."""
+    jacobian: Array
+    """J of eq. 2.2 (3h, n), the hands in order."""
+    manipulability: float
+    """mu of eq. 3.4."""
+    manipulability_gradient: Array
+    """d mu / dq (n,); see :func:`manipulability_gradient` for what it is where mu is 0."""
+    clearance: Array
+    """psi of eq. 3.3 (L, O): signed distance of each link from each obstacle, m; negative in penetration."""
+    clearance_gradient: Array
+    """d psi / dq (L, O, n)."""
+
+
+class Measurement(NamedTuple):
+    """The values of a :class:`State` without its derivatives."""
+
+    hands: Array
+    manipulability: float
+    clearance: Array
+
+
+class Kinematics:
+    """A robot among obstacles, with the workspace that Pinocchio and coal need. Not to be shared between threads."""
+
+    def __init__(self, robot: Robot, obstacles: tuple[Obstacle, ...] = ()) -> None:
+        self.robot = robot
+        self.obstacles = [placed_shapes(obstacle) for obstacle in obstacles]
+        self._data = robot.model.createData()
+        self._bodies = robot.collision_model.createData()
+        self._request = coal.DistanceRequest()
+
+    def state(self, q: ArrayLike) -> State:
+        """Return everything eq. 4.9 needs to know at a configuration (n,)."""
+        q = np.array(q, float)
+        robot, model, data = self.robot, self.robot.model, self._data
+        full = robot.full_configuration(q)
+        pin.computeJointKinematicHessians(model, data, full)
+        self._place(full)
+        jacobians = [self._hand_jacobian(hand.frame) for hand in robot.hands]
+        arms = [J[:, robot.arm_columns(hand)] for J, hand in zip(jacobians, robot.hands, strict=True)]
+        arm_derivatives = [self._hand_hessian(hand.frame)[:, robot.arm_columns(hand), :] for hand in robot.hands]
+        clearance, clearance_gradient = self._clearances_and_gradients()
+        return State(
+            q=q,
+            hands=self._hands(),
+            jacobian=np.vstack(jacobians),
+            manipulability=manipulability(arms),
+            manipulability_gradient=manipulability_gradient(arms, arm_derivatives),
+            clearance=clearance,
+            clearance_gradient=clearance_gradient,
+        )
+
+    def measure(self, q: ArrayLike) -> Measurement:
+        """Return hands, manipulability and clearances at a configuration (n,), without derivatives."""
+        robot = self.robot
+        full = robot.full_configuration(q)
+        pin.computeJointJacobians(robot.model, self._data, full)
+        self._place(full)
+        arms = [self._hand_jacobian(hand.frame)[:, robot.arm_columns(hand)] for hand in robot.hands]
+        clearance = np.array(
+            [[self._nearest(link, obstacle).distance for obstacle in self.obstacles] for link in self._links()]
+        ).reshape(len(robot.link_names), len(self.obstacles))
+        return Measurement(self._hands(), manipulability(arms), clearance)
+
+    def hand_positions(self, q: ArrayLike) -> Array:
+        """Return f(q) of eq. 2.1 (h, 3), m."""
+        pin.framesForwardKinematics(self.robot.model, self._data, self.robot.full_configuration(q))
+        return self._hands()
+
+    def bones(self, q: ArrayLike) -> Array:
+        """Return the two end points (L, 2, 3) of the axis of every link's capsule."""
+        pin.forwardKinematics(self.robot.model, self._data, self.robot.full_configuration(q))
+        self._place(self.robot.full_configuration(q))
+        half = [body.geometry.halfLength for body in self.robot.collision_model.geometryObjects]
+        return np.array(
+            [
+                [M.translation - length * M.rotation[:, 2], M.translation + length * M.rotation[:, 2]]
+                for M, length in zip(self._bodies.oMg, half, strict=True)
+            ]
+        )
+
+    def _place(self, full: Array) -> None:
+        pin.updateFramePlacements(self.robot.model, self._data)
+        pin.updateGeometryPlacements(self.robot.model, self._data, self.robot.collision_model, self._bodies)
+
+    def _hands(self) -> Array:
+        model = self.robot.model
+        return np.array([self._data.oMf[model.getFrameId(hand.frame)].translation for hand in self.robot.hands])
+
+    def _hand_jacobian(self, frame: str) -> Array:
+        """Return J of one hand (3, n): J_full S."""
+        model, data = self.robot.model, self._data
+        J = pin.getFrameJacobian(model, data, model.getFrameId(frame), pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
+        hand: Array = J[:3] @ self.robot.coupling
+        return hand
+
+    def _hand_hessian(self, frame: str) -> Array:
+        """Return dJ / dq of one hand (3, n, n), the last axis the joint it is derived by: S^T H_full S."""
+        model, data, S = self.robot.model, self._data, self.robot.coupling
+        H = pin.getFrameKinematicHessian(model, data, model.getFrameId(frame), pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
+        # Pinocchio hands NumPy its column-major tensor as if it were row-major.
+        H = np.reshape(np.ravel(H), H.shape, order="F")
+        derivative: Array = np.einsum("ijk,ja,kb->iab", H[:3], S, S)
+        return derivative
+
+    def _links(self) -> list[PlacedShape]:
+        bodies = self.robot.collision_model.geometryObjects
+        return [
+            PlacedShape(body.geometry, coal.Transform3s(M.rotation, M.translation))
+            for body, M in zip(bodies, self._bodies.oMg, strict=True)
+        ]
+
+    def _clearances_and_gradients(self) -> tuple[Array, Array]:
+        """Return psi (L, O) and d psi / dq (L, O, n).
+
+        The distance between p1 on a link and p2 on an obstacle at rest changes by d psi / dq = -n^T dp1/dq, with n
+        from the link to the obstacle. coal's normal points that way in penetration too, so this holds on both sides
+        of contact. With V and W the linear and angular rows of the link's spatial Jacobian at the base's origin,
+        dp1/dq = V + W x p1, and n^T (W x p1) = (p1 x n)^T W: a unit force along n at p1, seen by the joints.
+        """
+        robot, model = self.robot, self.robot.model
+        shape = (len(robot.link_names), len(self.obstacles))
+        clearance, gradient = np.zeros(shape), np.zeros((*shape, robot.n))
+        if not self.obstacles:
+            return clearance, gradient
+        for i, (body, link) in enumerate(zip(robot.collision_model.geometryObjects, self._links(), strict=True)):
+            J = pin.getJointJacobian(model, self._data, body.parentJoint, pin.ReferenceFrame.WORLD) @ robot.coupling
+            distances, points, normals = zip(*(self._nearest(link, o) for o in self.obstacles), strict=True)
+            wrenches = np.hstack([normals, np.cross(points, normals)])
+            clearance[i], gradient[i] = distances, -wrenches @ J
+        return clearance, gradient
+
+    def _nearest(self, link: PlacedShape, obstacle: list[PlacedShape]) -> _Nearest:
+        """Return how near an obstacle's nearest convex piece is, the point on the link and the normal towards it."""
+        pieces = []
+        for piece in obstacle:
+            result = coal.DistanceResult()
+            distance = coal.distance(link.shape, link.placement, piece.shape, piece.placement, self._request, result)
+            pieces.append(_Nearest(distance, result.getNearestPoint1(), result.normal))
+        return min(pieces, key=lambda nearest: nearest.distance)
+
+
+class _Nearest(NamedTuple):
+    distance: float
+    point: Array
+    normal: Array
+
+
+def manipulability(arms: list[Array]) -> float:
+    """Return mu = sqrt(det(J_arms J_arms^T)), eq. 3.4 (Yoshikawa 1985).
+
+    J_arms is block diagonal, so its singular values are those of its blocks, and mu is their product.
+
+    Args:
+        arms: The blocks of J_arms, (3, k) each.
+    """
+    return float(np.prod([np.linalg.svd(J, compute_uv=False) for J in arms]))
+
+
+def manipulability_gradient(arms: list[Array], derivatives: list[Array]) -> Array:
+    """Return d mu / dq (n,).
+
+    d mu / dq_k = mu tr(J_arms^# dJ_arms/dq_k). With J_arms = sum_i sigma_i u_i v_i^T this is
+    sum_i (prod_{j != i} sigma_j) u_i^T dJ_arms/dq_k v_i, which needs no division and stays exact next to singularities.
+
+    Where mu is 0 it is at its minimum and, like |x| at 0, in general not differentiable: the gradient is then taken
+    as 0, which is an element of Clarke's generalised gradient. A motion that starts there gets no push from mu.
+
+    Args:
+        arms: The blocks of J_arms, (3, k) each.
+        derivatives: dJ/dq of each block, (3, k, n).
+    """
+    decompositions = [np.linalg.svd(J, full_matrices=False) for J in arms]
+    sigma = np.concatenate([s for _, s, _ in decompositions])
+    gradient = np.zeros(derivatives[0].shape[2])
+    if sigma.min() <= SINGULAR * sigma.max():
+        return gradient
+    i = 0
+    for (U, _, Vt), dJ in zip(decompositions, derivatives, strict=True):
+        for u, v in zip(U.T, Vt, strict=True):
+            gradient += np.prod(np.delete(sigma, i)) * np.einsum("x,xcn,c->n", u, dJ, v)
+            i += 1
+    return gradient
+
+
+# A singular value this much smaller than the largest is 0 up to rounding.
+SINGULAR = 1e-14

@@ -1,0 +1,166 @@
+"""The obstacles of a scene as frozen, validated data. Metres and radians, in the base frame."""
+
+from __future__ import annotations
+
+from math import sqrt
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PrivateAttr,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
+from pydantic_core import PydanticCustomError
+
+from humanoid_rail.convex import Pieces, convex_pieces
+
+# Beyond this, in m, double precision no longer resolves the distances that matter to a robot.
+FARTHEST = 1e4
+
+
+def plain(value: object) -> object:
+    """Return lists and arrays as tuples, so that strict validation takes them."""
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    return tuple(value) if isinstance(value, list) else value
+
+
+def _triple(value: object) -> object:
+    value = plain(value)
+    if not isinstance(value, tuple) or len(value) != 3:
+        raise ValueError("three numbers")
+    return value
+
+
+def _factors(value: object) -> object:
+    value = plain(value)
+    is_number = isinstance(value, float | int) and not isinstance(value, bool)
+    if is_number or (isinstance(value, tuple) and len(value) == 3):
+        return value
+    raise ValueError("a number greater than 0, or three of them")
+
+
+def _require_type(schema: dict[str, Any]) -> None:
+    """A file names the type of every obstacle, although Python code need not."""
+    schema["required"] = ["type", *schema.get("required", [])]
+
+
+Number = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST)]
+Positive = Annotated[float, Field(gt=0.0, le=FARTHEST)]
+Vector = Annotated[tuple[Number, Number, Number], BeforeValidator(_triple)]
+Size = Annotated[tuple[Positive, Positive, Positive], BeforeValidator(_triple)]
+
+
+def _not_zero(normal: tuple[float, float, float]) -> tuple[float, float, float]:
+    if sqrt(sum(x * x for x in normal)) < 1e-6:
+        raise ValueError("a vector longer than 1e-6")
+    return normal
+
+
+class Frozen(BaseModel):
+    """Immutable; no unknown keys, no conversion between types, no NaN or infinity."""
+
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", strict=True, allow_inf_nan=False, use_attribute_docstrings=True
+    )
+
+
+class _Obstacle(Frozen):
+    model_config = ConfigDict(json_schema_extra=_require_type)
+
+
+class Sphere(_Obstacle):
+    """A ball."""
+
+    type: Literal["sphere"] = "sphere"
+    center: Vector
+    """m."""
+    radius: Positive
+    """m."""
+
+
+class Box(_Obstacle):
+    """A solid box."""
+
+    type: Literal["box"] = "box"
+    center: Vector
+    """m."""
+    size: Size
+    """Full edge lengths in m, before rotation."""
+    rpy: Vector = (0.0, 0.0, 0.0)
+    """Rotation about the fixed axes x, y, z in this order, as in URDF, rad."""
+
+
+class Capsule(_Obstacle):
+    """All points within `radius` of a segment along the local z axis."""
+
+    type: Literal["capsule"] = "capsule"
+    center: Vector
+    """Middle of the segment, m."""
+    radius: Positive
+    """m."""
+    length: Positive
+    """Distance between the centres of the two end spheres, m."""
+    rpy: Vector = (0.0, 0.0, 0.0)
+    """Rotation about the fixed axes x, y, z in this order, as in URDF, rad."""
+
+
+class HalfSpace(_Obstacle):
+    """Everything on one side of a plane: solid where normal . x <= offset. A floor, a wall, the rail."""
+
+    type: Literal["halfspace"] = "halfspace"
+    normal: Annotated[Vector, AfterValidator(_not_zero)]
+    """Points out of the solid; of any length but 0."""
+    offset: Number
+    """m, if the normal has length 1."""
+
+
+class Mesh(_Obstacle):
+    """The solid inside a closed triangle mesh, as the convex pieces it is made of."""
+
+    type: Literal["mesh"] = "mesh"
+    file: str
+    """Any format that trimesh reads; relative to the scene file (in Python to the working directory)."""
+    center: Vector
+    """Where the mesh's origin is, m."""
+    rpy: Vector = (0.0, 0.0, 0.0)
+    """Rotation about the fixed axes x, y, z in this order, as in URDF, rad."""
+    scale: Annotated[Positive | Size, BeforeValidator(_factors)] = 1.0
+    """One factor, or one for each axis of the mesh."""
+
+    _pieces: Pieces = PrivateAttr(default=())
+
+    @field_validator("file")
+    @classmethod
+    def _resolve(cls, file: str, info: ValidationInfo) -> str:
+        folder = (info.context or {}).get("folder", Path.cwd())
+        path = Path(folder) / file
+        if "\0" in file or not path.is_file():
+            raise ValueError(f"an existing mesh file, relative to {folder}")
+        return str(path)
+
+    @model_validator(mode="after")
+    def _decompose(self) -> Self:
+        scale = self.scale if isinstance(self.scale, tuple) else (self.scale, self.scale, self.scale)
+        try:
+            self._pieces = convex_pieces(self.file, scale)
+        except ValueError as error:
+            raise PydanticCustomError("mesh_file", "{valid}", {"valid": str(error), "file": self.file}) from error
+        return self
+
+    @property
+    def pieces(self) -> Pieces:
+        """Vertices (k, 3) of the convex pieces, scaled, in the mesh's own frame, m."""
+        return self._pieces
+
+
+TYPES = ("sphere", "box", "capsule", "halfspace", "mesh")
+Obstacle = Annotated[Sphere | Box | Capsule | HalfSpace | Mesh, Field(discriminator="type")]

@@ -1,0 +1,156 @@
+"""Scenes: where a motion starts, what it has to reach and what is in the way; the file format and its checks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Field, ValidationError
+from pydantic_core import ErrorDetails
+from ruamel.yaml import YAML
+from ruamel.yaml.error import YAMLError
+
+from humanoid_rail.errors import MISSING, InvalidInput
+from humanoid_rail.obstacles import TYPES, Frozen, Number, Obstacle, Vector, plain
+from humanoid_rail.robot import Robot
+
+
+class Scene(Frozen):
+    """A planning problem. Metres and radians, in the base frame.
+
+    Raises:
+        pydantic.ValidationError: If a field is not valid; :func:`load_scene` and :func:`make_scene` raise
+            :class:`InvalidInput` instead.
+    """
+
+    name: Annotated[str, Field(min_length=1, max_length=200)]
+    """What the scene is called."""
+    initial: Annotated[tuple[Number, ...], BeforeValidator(plain)] | None = None
+    """Configuration (n,) at the start, one number for each actuated joint; the robot's own if not given."""
+    targets: dict[str, Vector]
+    """Point that each hand has to reach, by the hand's name."""
+    obstacles: Annotated[tuple[Obstacle, ...], BeforeValidator(plain)] = ()
+    """What the links have to keep clear of."""
+
+
+def load_scene(path: str | Path) -> Scene:
+    """Return the scene in a YAML (or JSON, which is YAML) file.
+
+    Raises:
+        InvalidInput: If the file is missing, is not YAML or is not a scene; the error names the field.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise InvalidInput("scene", str(path), "an existing file") from None
+    except (OSError, ValueError) as error:
+        raise InvalidInput("scene", str(path), f"a readable UTF-8 text file ({error})") from None
+    return make_scene(_parse(text, str(path)), folder=path.parent, source=str(path))
+
+
+def make_scene(data: object, folder: str | Path | None = None, source: str | None = None) -> Scene:
+    """Return a scene from plain data, as a scene file holds it.
+
+    Args:
+        data: Mapping with the keys of :class:`Scene`.
+        folder: Folder that mesh files are relative to; the working directory if not given.
+        source: Name for error messages.
+
+    Raises:
+        InvalidInput: If the data are not a scene; the error names the first field that is not valid.
+    """
+    if not isinstance(data, Mapping):
+        raise InvalidInput("scene", data, f"a mapping with the keys {', '.join(Scene.model_fields)}", source)
+    try:
+        return Scene.model_validate(dict(data), context={"folder": Path(folder) if folder else Path.cwd()})
+    except ValidationError as error:
+        raise _invalid_input(error.errors(include_url=False)[0], source) from None
+
+
+def check_scene(robot: Robot, scene: Scene) -> None:
+    """Check that a scene is one for this robot: a target for each hand, a start of the right size within the limits.
+
+    Raises:
+        InvalidInput: If it is not.
+    """
+    for hand in robot.hand_names:
+        if hand not in scene.targets:
+            raise InvalidInput(f"targets.{hand}", MISSING, f"a target [x, y, z] for each of {_list(robot.hand_names)}")
+    for hand in scene.targets:
+        if hand not in robot.hand_names:
+            raise InvalidInput(f"targets.{hand}", list(scene.targets[hand]), f"targets for {_list(robot.hand_names)}")
+    if scene.initial is None:
+        return
+    if len(scene.initial) != robot.n:
+        raise InvalidInput(
+            "initial", f"{len(scene.initial)} numbers", f"{robot.n} numbers, for {_list(robot.joint_names)}"
+        )
+    for i, value in enumerate(scene.initial):
+        if not robot.lower[i] <= value <= robot.upper[i]:
+            raise InvalidInput(
+                f"initial[{i}] ({robot.joint_names[i]})",
+                value,
+                f"a position within the limits {robot.lower[i]:.6g} to {robot.upper[i]:.6g}",
+            )
+
+
+def scene_schema(robot: Robot) -> dict[str, Any]:
+    """Return the JSON Schema of scene files for a robot, which editors use for completion and checks."""
+    schema = Scene.model_json_schema()
+    schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
+    targets = schema["properties"]["targets"]
+    vector = targets.pop("additionalProperties")
+    targets |= {
+        "properties": dict.fromkeys(robot.hand_names, vector),
+        "required": list(robot.hand_names),
+        "additionalProperties": False,
+    }
+    start = schema["properties"]["initial"]["anyOf"][0]
+    start |= {"minItems": robot.n, "maxItems": robot.n}
+    return schema
+
+
+def _parse(text: str, source: str) -> object:
+    # The pure loader is the one that reads YAML 1.2, in which 1e-3 is a number and JSON is YAML.
+    try:
+        return YAML(typ="safe", pure=True).load(text)
+    except RecursionError:
+        raise InvalidInput("scene", MISSING, "YAML that is not nested so deeply", source) from None
+    except (YAMLError, ValueError, TypeError, AttributeError, LookupError, AssertionError) as error:
+        raise InvalidInput("scene", text, f"YAML ({error})", source) from None
+
+
+def _invalid_input(error: ErrorDetails, source: str | None) -> InvalidInput:
+    """Return pydantic's error as ours: where, what was given, what would be right."""
+    field = _path(error["loc"])
+    kind, value = error["type"], error["input"]
+    context = error.get("ctx", {})
+    if kind == "missing":
+        return InvalidInput(field, MISSING, "a value: this field is required", source)
+    if kind == "extra_forbidden":
+        return InvalidInput(field, value, "no such field; see docs/scenes.md for those there are", source)
+    if kind == "union_tag_not_found":
+        return InvalidInput(f"{field}.type", MISSING, f"one of {', '.join(TYPES)}", source)
+    if kind == "union_tag_invalid":
+        return InvalidInput(f"{field}.type", context.get("tag"), f"one of {context.get('expected_tags')}", source)
+    if kind == "value_error":
+        return InvalidInput(field, value, str(context.get("error")), source)
+    if kind == "mesh_file":
+        return InvalidInput(f"{field}.file", context.get("file"), error["msg"], source)
+    return InvalidInput(field, value, error["msg"].removeprefix("Input should be ").replace("a valid ", "a "), source)
+
+
+def _path(location: tuple[int | str, ...]) -> str:
+    """Return pydantic's location as a path, without the names of types that it adds."""
+    path = ""
+    for i, part in enumerate(location):
+        is_type = (i > 0 and isinstance(location[i - 1], int) and part in TYPES) or "constrained" in str(part)
+        if not is_type:
+            path += f"[{part}]" if isinstance(part, int) else f".{part}"
+    return path.lstrip(".") or "scene"
+
+
+def _list(names: tuple[str, ...]) -> str:
+    return ", ".join(names)

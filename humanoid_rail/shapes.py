@@ -1,0 +1,50 @@
+"""The obstacles of a scene as coal shapes."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import coal
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from humanoid_rail.obstacles import Box, Capsule, HalfSpace, Mesh, Obstacle, Sphere
+
+
+class PlacedShape(NamedTuple):
+    """A convex shape and where it is in the base frame."""
+
+    shape: coal.CollisionGeometry
+    placement: coal.Transform3s
+
+
+def placed_shapes(obstacle: Obstacle) -> list[PlacedShape]:
+    """Return the convex shapes that make up an obstacle: one, or the pieces of a mesh."""
+    match obstacle:
+        case Sphere():
+            return [PlacedShape(coal.Sphere(obstacle.radius), _placement(obstacle.center))]
+        case Box():
+            return [PlacedShape(coal.Box(*obstacle.size), _placement(obstacle.center, obstacle.rpy))]
+        case Capsule():
+            capsule = coal.Capsule(obstacle.radius, obstacle.length)
+            return [PlacedShape(capsule, _placement(obstacle.center, obstacle.rpy))]
+        case HalfSpace():
+            length = float(np.linalg.norm(obstacle.normal))
+            half_space = coal.Halfspace(np.array(obstacle.normal) / length, obstacle.offset / length)
+            return [PlacedShape(half_space, coal.Transform3s())]
+        case Mesh():
+            placement = _placement(obstacle.center, obstacle.rpy)
+            return [PlacedShape(_convex(vertices), placement) for vertices in obstacle.pieces]
+
+
+def _placement(
+    center: tuple[float, float, float], rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
+) -> coal.Transform3s:
+    return coal.Transform3s(pin.rpy.rpyToMatrix(*rpy), np.array(center))
+
+
+def _convex(vertices: NDArray[np.float64]) -> coal.ConvexBase:
+    points = coal.StdVec_Vec3s()
+    points.extend(list(vertices))
+    return coal.ConvexBase.convexHull(points, True, "Qt")

@@ -1,0 +1,185 @@
+"""The frozen result of planning; reading and writing it."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import StrEnum
+from io import BytesIO, StringIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from humanoid_rail.errors import InvalidInput
+from humanoid_rail.limits import Violation
+
+Array = NDArray[np.float64]
+
+
+class Status(StrEnum):
+    """What became of the targets."""
+
+    REACHED = "reached"
+    """|e| came down to the tolerance."""
+    STALLED = "stalled"
+    """The integration could not go on although the hands could still move towards their targets."""
+    TIME_LIMIT = "time_limit"
+    """The motion lasts longer than it was allowed to."""
+    SINGULAR = "singular"
+    """The arms are stretched so that the hands cannot get nearer to their targets."""
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """A planned motion, sampled. Arrays are read-only. N samples, n joints, h hands, O obstacles."""
+
+    t: Array
+    """Time (N,) in s: 0, dt, 2 dt, ... and the end."""
+    q: Array
+    """Configurations (N, n), m and rad."""
+    hands: Array
+    """Positions of the hands (N, h, 3), m, in the base frame."""
+    clearance: Array
+    """Signed distance of the nearest link from each obstacle (N, O), m."""
+    manipulability: Array
+    """mu of eq. 3.4 (N,)."""
+    status: Status
+    """What became of the targets."""
+    reason: str
+    """The status in a sentence, with numbers."""
+    violations: tuple[Violation, ...]
+    """For each joint the worst excess over each of its limits."""
+    planning_time: float
+    """s."""
+    evaluations: int
+    """Number of evaluations of q_dot."""
+    joint_names: tuple[str, ...]
+    hand_names: tuple[str, ...]
+
+    @property
+    def duration(self) -> float:
+        """T in s."""
+        return float(self.t[-1])
+
+    @property
+    def collision_free(self) -> bool:
+        """Whether every clearance is at least 0 (eq. 3.3) at every sample. Between samples nothing is said."""
+        return bool((self.clearance >= 0).all())
+
+    @property
+    def limits_ok(self) -> bool:
+        """Whether positions and velocities keep within the joints' limits."""
+        return not self.violations
+
+    @property
+    def min_clearance(self) -> float | None:
+        """Smallest clearance of all samples in m; None without obstacles."""
+        return float(self.clearance.min()) if self.clearance.size else None
+
+    def summary(self) -> dict[str, Any]:
+        """Return the result without its samples, as plain data: what `summary.json` holds."""
+        return {
+            "status": str(self.status),
+            "reason": self.reason,
+            "collision_free": self.collision_free,
+            "limits_ok": self.limits_ok,
+            "duration": self.duration,
+            "planning_time": self.planning_time,
+            "evaluations": self.evaluations,
+            "min_clearance": self.min_clearance,
+            "manipulability_final": float(self.manipulability[-1]),
+            "violations": [violation.__dict__ for violation in self.violations],
+            "joint_names": list(self.joint_names),
+            "hand_names": list(self.hand_names),
+        }
+
+
+def write_trajectory(
+    trajectory: Trajectory, folder: str | Path, extra: Iterable[tuple[str, str]] = ()
+) -> tuple[Path, ...]:
+    """Write `trajectory.npz`, `trajectory.csv` and `summary.json` to a folder, which is made if need be.
+
+    Each file appears whole or not at all.
+
+    Args:
+        trajectory: What to write.
+        folder: Where to.
+        extra: Further text files, by name and content.
+
+    Returns:
+        The files written.
+
+    Raises:
+        InvalidInput: If the folder cannot be written to.
+    """
+    files = {
+        "trajectory.npz": _npz(trajectory),
+        "trajectory.csv": _csv(trajectory).encode(),
+        **{name: text.encode() for name, text in extra},
+        "summary.json": (json.dumps(trajectory.summary(), indent=2) + "\n").encode(),
+    }
+    folder = Path(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, content in files.items():
+            unfinished = folder / f".{name}.{os.getpid()}"
+            try:
+                unfinished.write_bytes(content)
+                unfinished.replace(folder / name)
+            finally:
+                unfinished.unlink(missing_ok=True)
+    except OSError as error:
+        raise InvalidInput("out", str(folder), f"a folder that can be written to ({error})") from error
+    return tuple(folder / name for name in files)
+
+
+def read_trajectory(folder: str | Path) -> Trajectory:
+    """Return the trajectory that :func:`write_trajectory` wrote to a folder.
+
+    Raises:
+        InvalidInput: If the folder does not hold one.
+    """
+    folder = Path(folder)
+    try:
+        summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+        with np.load(folder / "trajectory.npz") as arrays:
+            return Trajectory(
+                **{name: arrays[name] for name in ("t", "q", "clearance", "manipulability")},
+                hands=np.stack([arrays[name] for name in summary["hand_names"]], axis=1),
+                status=Status(summary["status"]),
+                violations=tuple(Violation(**violation) for violation in summary["violations"]),
+                joint_names=tuple(summary["joint_names"]),
+                hand_names=tuple(summary["hand_names"]),
+                **{name: summary[name] for name in ("reason", "planning_time", "evaluations")},
+            )
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        valid = f"a folder with trajectory.npz and summary.json ({error})"
+        raise InvalidInput("trajectory", str(folder), valid) from error
+
+
+def _npz(trajectory: Trajectory) -> bytes:
+    buffer = BytesIO()
+    arrays: dict[str, Any] = {
+        "t": trajectory.t,
+        "q": trajectory.q,
+        **{name: trajectory.hands[:, i] for i, name in enumerate(trajectory.hand_names)},
+        "clearance": trajectory.clearance,
+        "manipulability": trajectory.manipulability,
+    }
+    np.savez_compressed(buffer, **arrays)
+    return buffer.getvalue()
+
+
+def _csv(trajectory: Trajectory) -> str:
+    text = StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    coordinates = [f"{hand}_{axis}" for hand in trajectory.hand_names for axis in "xyz"]
+    writer.writerow(["t", *trajectory.joint_names, *coordinates])
+    hands = trajectory.hands.reshape(len(trajectory.t), -1)
+    writer.writerows(np.column_stack([trajectory.t, trajectory.q, hands]).tolist())
+    return text.getvalue()

@@ -1,0 +1,25 @@
+"""Write the files that are made from others: the built URDF and the JSON Schema of scenes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from humanoid_rail import build_urdf, load_robot
+from humanoid_rail.scene import scene_schema
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+def generated() -> dict[Path, str]:
+    """Return what the files should hold, by path relative to the repository."""
+    return {
+        Path("robots/humanoid_rail.urdf"): build_urdf(),
+        Path("humanoid_rail/scene.schema.json"): json.dumps(scene_schema(load_robot()), indent=2) + "\n",
+    }
+
+
+if __name__ == "__main__":
+    for path, text in generated().items():
+        (ROOT / path).write_text(text, encoding="utf-8")
+        print(path)
