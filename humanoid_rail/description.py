@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import SupportsFloat
 from xml.etree import ElementTree
 
 import xacro
 
-from humanoid_rail.errors import InvalidInput
+from humanoid_rail.errors import InvalidInput, checked_number
 from humanoid_rail.resources import resource
 
 _XACRO = "{http://www.ros.org/wiki/xacro}"
@@ -48,18 +47,10 @@ def _number(name: str, value: SupportsFloat, known: dict[str, str]) -> float:
     """Return the value of a xacro argument, checked."""
     if name not in known:
         raise InvalidInput(name, value, f"one of the xacro arguments {', '.join(sorted(known))}")
-    try:
-        number = float(value)
-    except (TypeError, ValueError, OverflowError):
-        number = math.nan
-    if not math.isfinite(number):
-        raise InvalidInput(name, value, "a finite number")
-    if name == "link_radius" and number < 0:
-        raise InvalidInput(name, value, "a radius in m, 0 or more")
+    if name == "link_radius":
+        return checked_number(name, value, least=0.0)
     positive = name.startswith("l_") or name.endswith(("_velocity", "_acceleration", "_effort")) or name == "density"
-    if positive and number <= 0:
-        raise InvalidInput(name, value, "a number greater than 0")
-    return number
+    return checked_number(name, value, above=0.0) if positive else checked_number(name, value)
 
 
 def _check_limits(urdf: str) -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import reprlib
+from typing import Any
 
 
 class HumanoidRailError(Exception):
@@ -39,6 +41,22 @@ class Missing:
 
 
 MISSING = Missing()
+
+
+def checked_number(field: str, value: Any, *, above: float = -math.inf, least: float = -math.inf) -> float:
+    """Return a finite number greater than `above` and not less than `least`.
+
+    Raises:
+        InvalidInput: If the value is not one.
+    """
+    try:
+        number = float(value)
+    except (TypeError, ValueError, OverflowError):
+        number = math.nan
+    if not math.isfinite(number) or number <= above or number < least:
+        bounds = [f"greater than {above:g}"] * (above > -math.inf) + [f"not less than {least:g}"] * (least > -math.inf)
+        raise InvalidInput(field, value, " ".join(["a finite number", *bounds]))
+    return number
 
 
 def _short(value: object) -> str:

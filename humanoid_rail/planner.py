@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.integrate import RK45, DenseOutput, OdeSolution
 from scipy.optimize import brentq
 
-from humanoid_rail.errors import InvalidInput
+from humanoid_rail.errors import InvalidInput, checked_number
 from humanoid_rail.kinematics import Kinematics, State
 from humanoid_rail.limits import limit_violations
 from humanoid_rail.resolution import Gains, gradient_projection, lost_direction, task_error
@@ -89,8 +89,7 @@ def plan(
         raise InvalidInput("method", method, f"one of {', '.join(METHODS)}")
     positive = {"tolerance": tolerance, "dt": dt, "max_time": max_time, "rtol": rtol, "atol": atol}
     for name, value in positive.items():
-        if not (np.isfinite(value) and value > 0):
-            raise InvalidInput(name, value, "a number greater than 0")
+        checked_number(name, value, above=0.0)
     if max_time / dt > MAX_SAMPLES:
         raise InvalidInput("dt", dt, f"at least {max_time / MAX_SAMPLES:g} s, for at most {MAX_SAMPLES} samples")
     gains = Gains(gain, c_mu, c_kappa, epsilon)

@@ -11,14 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from humanoid_rail.errors import InvalidInput
+from humanoid_rail.errors import InvalidInput, checked_number
 from humanoid_rail.kinematics import State
 
 Array = NDArray[np.float64]
 
 SINGULAR_VALUE = 0.1
 """Smallest singular value of J below which the pseudo-inverse is damped; above it eq. 4.9 is exact."""
-MAX_DAMPING = SINGULAR_VALUE / 2
+MAX_DAMPING = SINGULAR_VALUE / 2**0.5
 """Damping at a singularity; it bounds the norm of J# by 1 / SINGULAR_VALUE."""
 
 
@@ -40,13 +40,13 @@ class Gains:
     """Activation distance of the penalty kappa in m, 0 or more. The paper does not give it."""
 
     def __post_init__(self) -> None:
-        diagonal = np.atleast_1d(np.asarray(self.gain, float))
-        if not (diagonal.ndim == 1 and diagonal.size and np.isfinite(diagonal).all() and (diagonal > 0).all()):
+        gains = self.gain if isinstance(self.gain, tuple) else (self.gain,)
+        if not gains:
             raise InvalidInput("gain", self.gain, "a number greater than 0, or one for each coordinate of the hands")
+        for gain in gains:
+            checked_number("gain", gain, above=0.0)
         for name in ("c_mu", "c_kappa", "epsilon"):
-            value = float(getattr(self, name))
-            if not (np.isfinite(value) and value >= 0):
-                raise InvalidInput(name, value, "a number, 0 or more")
+            checked_number(name, getattr(self, name), least=0.0)
 
     def diagonal(self, size: int) -> Array:
         """Return the diagonal of K (size,).

@@ -126,10 +126,13 @@ def robot_from_urdf(urdf: str, srdf: str | None, hands: Sequence[Hand], initial:
         initial: Configuration (n,) in m and rad; the middle of the position limits if not given.
 
     Raises:
-        InvalidInput: If a joint has no Euclidean configuration (continuous, floating), or a hand names a frame or a
+        InvalidInput: If the text is no URDF, a joint has no Euclidean configuration (continuous, floating), or a hand names a frame or a
             joint that the URDF does not have, or `initial` has the wrong size.
     """
-    model = pin.buildModelFromXML(urdf)
+    try:
+        model = pin.buildModelFromXML(urdf)
+    except ValueError as error:
+        raise InvalidInput("urdf", urdf, f"a URDF that Pinocchio reads ({error})") from error
     joints = {joint.attrib["name"]: joint for joint in ElementTree.fromstring(urdf).iter("joint")}
     for name, joint in zip(list(model.names)[1:], list(model.joints)[1:], strict=True):
         if (joint.nq, joint.nv) != (1, 1):
@@ -194,6 +197,9 @@ def _self_collision_pairs(
         frozenset((pair.attrib["link1"], pair.attrib["link2"]))
         for pair in (ElementTree.fromstring(srdf).iter("disable_collisions") if srdf else ())
     }
+    for link in frozenset().union(*disabled):
+        if not model.existFrame(link):
+            raise InvalidInput("srdf.disable_collisions", link, "a link of the URDF")
     links = [model.frames[body.parentFrame].name for body in collision_model.geometryObjects]
     return tuple(
         (i, j) for (i, a), (j, b) in combinations(enumerate(links), 2) if a != b and frozenset((a, b)) not in disabled

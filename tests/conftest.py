@@ -1,0 +1,70 @@
+"""Fixtures and checks that the tests share."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from humanoid_rail import Robot, Scene, load_robot, paper_scene
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "scripts"))
+
+LINKS = {"base_link": "B", "carriage": "rs", "waist": "T1", "lower_torso": "T2", "upper_torso": "T3", "chest": "T4"} | {
+    f"{side}_{link}": f"{side[0].upper()}{i}"
+    for side in ("left", "right")
+    for i, link in enumerate(("clavicle", "shoulder", "upper_arm", "elbow", "forearm"))
+}
+LINKS |= {"left_hand": "pL", "right_hand": "pR"}
+"""The paper's frame of every URDF link."""
+
+
+@pytest.fixture(scope="session")
+def robot() -> Robot:
+    return load_robot()
+
+
+@pytest.fixture(scope="session")
+def scene() -> Scene:
+    return paper_scene()
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    return np.random.default_rng(20190101)
+
+
+def random_q(robot: Robot, rng: np.random.Generator) -> np.ndarray:
+    """Return a random configuration within the limits, the rail where the obstacles of the tests are."""
+    q = rng.uniform(robot.lower, robot.upper)
+    q[0] = rng.uniform(0.0, 4.0)
+    return q
+
+
+def central_difference(f: Callable[[np.ndarray], np.ndarray], q: np.ndarray, h: float = 1e-6) -> np.ndarray:
+    """Return df/dq, the last axis the column, by central differences."""
+    columns = [(np.asarray(f(q + step)) - np.asarray(f(q - step))) / (2 * h) for step in h * np.eye(q.size)]
+    return np.stack(columns, axis=-1)
+
+
+def assert_gradient(
+    f: Callable[[np.ndarray], np.ndarray], gradient: np.ndarray, q: np.ndarray, rtol: float = 1e-6
+) -> None:
+    """Hold a gradient, every column of it, against central differences: error at most rtol of the gradient's norm."""
+    numeric = central_difference(f, q)
+    assert numeric.shape == gradient.shape
+    assert np.linalg.norm(gradient - numeric) <= rtol * np.linalg.norm(gradient)
+
+
+@pytest.fixture(scope="session")
+def cube_file(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """A unit cube around the origin, as a mesh file."""
+    import trimesh
+
+    path = tmp_path_factory.mktemp("meshes") / "cube.stl"
+    trimesh.creation.box((1.0, 1.0, 1.0)).export(path)
+    return str(path)

@@ -1,0 +1,195 @@
+"""Kinematics and clearances: against the DH oracle, analytic distances and central differences."""
+
+from __future__ import annotations
+
+import coal
+import numpy as np
+import pinocchio as pin
+import pytest
+from conftest import assert_gradient, central_difference, random_q
+
+from humanoid_rail import Box, Capsule, HalfSpace, Kinematics, Mesh, Robot, Sphere, dh, load_robot
+from humanoid_rail.kinematics import manipulability_gradient
+from humanoid_rail.obstacles import Obstacle
+
+ARMS = slice(4, 12)
+
+
+def dh_manipulability(q: np.ndarray) -> float:
+    """Return eq. 3.4 from the DH table alone."""
+    J = central_difference(lambda q: dh.hands(q).ravel(), q)[:, ARMS]
+    return float(np.sqrt(max(np.linalg.det(J @ J.T), 0.0)))
+
+
+def test_hands_and_jacobian_are_the_papers(robot: Robot, rng: np.random.Generator) -> None:
+    kinematics = Kinematics(robot)
+    for _ in range(50):
+        q = random_q(robot, rng)
+        state = kinematics.state(q)
+        np.testing.assert_allclose(state.hands, dh.hands(q), atol=1e-12)
+        assert_gradient(lambda q: dh.hands(q).ravel(), state.jacobian, q)
+        for column in range(12):
+            error = state.jacobian[:, column] - central_difference(lambda q: dh.hands(q).ravel(), q)[:, column]
+            assert np.linalg.norm(error) <= 1e-8
+        assert not state.jacobian[:3, 8:].any()  # the zero blocks of eq. 2.2
+        assert not state.jacobian[3:, 4:8].any()
+
+
+def test_manipulability_is_eq_3_4(robot: Robot, rng: np.random.Generator) -> None:
+    kinematics = Kinematics(robot)
+    assert kinematics.state(robot.initial).manipulability == pytest.approx(2.0, abs=1e-12)
+    for _ in range(50):
+        q = random_q(robot, rng)
+        state = kinematics.state(q)
+        J = state.jacobian[:, ARMS]
+        assert state.manipulability == pytest.approx(np.sqrt(np.linalg.det(J @ J.T)), rel=1e-9)
+        assert state.manipulability == pytest.approx(dh_manipulability(q), rel=1e-6, abs=1e-7)
+
+
+def test_manipulability_depends_on_the_arms_alone(robot: Robot, rng: np.random.Generator) -> None:
+    kinematics = Kinematics(robot)
+    q, other = random_q(robot, rng), random_q(robot, rng)
+    other[ARMS] = q[ARMS]
+    assert kinematics.measure(q).manipulability == pytest.approx(kinematics.measure(other).manipulability, rel=1e-12)
+    np.testing.assert_allclose(kinematics.state(q).manipulability_gradient[:4], 0.0, atol=1e-13)
+
+
+def test_manipulability_gradient(robot: Robot, rng: np.random.Generator) -> None:
+    kinematics = Kinematics(robot)
+    for _ in range(50):
+        q = random_q(robot, rng)
+        assert_gradient(lambda q: kinematics.measure(q).manipulability, kinematics.state(q).manipulability_gradient, q)
+
+
+@pytest.mark.parametrize("distance", [1e-3, 1e-6])
+def test_manipulability_gradient_next_to_a_singularity(robot: Robot, rng: np.random.Generator, distance: float) -> None:
+    """The left arm is singular where its forearm points along the axis of the shoulder's first joint."""
+    kinematics = Kinematics(robot)
+    q = random_q(robot, rng)
+    q[4:8] = [0.3, np.pi / 2, 0.4, 0.0]  # the hand on the axis of shoulder_roll, the arm stretched
+    q[7] += distance
+    state = kinematics.state(q)
+    h = distance / 100
+    numeric = central_difference(lambda q: kinematics.measure(q).manipulability, q, h)
+    assert np.linalg.norm(state.manipulability_gradient - numeric) <= 1e-3 * np.linalg.norm(numeric)
+
+
+def test_manipulability_gradient_is_zero_where_manipulability_is() -> None:
+    stretched = np.array([[0.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 1.0], [0.0, 0.0, 1.0, 0.0]])
+    derivative = np.random.default_rng(0).normal(size=(3, 4, 12))
+    arms = [stretched, np.eye(3, 4)]
+    np.testing.assert_array_equal(manipulability_gradient(arms, [derivative, derivative]), np.zeros(12))
+
+
+def obstacles(cube: str) -> dict[str, tuple[Obstacle, ...]]:
+    """Return obstacles of each kind all around the rail."""
+    rng = np.random.default_rng(3)
+
+    def places(n: int = 6) -> list[list[float]]:
+        return rng.uniform([-1.5, -0.5, 1.5], [1.5, 4.5, 4.0], (n, 3)).tolist()
+
+    def rpy() -> list[float]:
+        return rng.uniform(-3, 3, 3).tolist()
+
+    return {
+        "sphere": tuple(Sphere(center=p, radius=0.3) for p in places()),
+        "box": tuple(Box(center=p, size=[0.5, 0.3, 0.8], rpy=rpy()) for p in places()),
+        "capsule": tuple(Capsule(center=p, radius=0.2, length=0.6, rpy=rpy()) for p in places()),
+        "halfspace": tuple(HalfSpace(normal=rpy(), offset=-1.0) for _ in range(4)),
+        "mesh": tuple(Mesh(file=cube, center=p, rpy=rpy(), scale=[0.5, 0.3, 0.8]) for p in places()),
+    }
+
+
+@pytest.mark.parametrize("kind", ["sphere", "box", "capsule", "halfspace", "mesh"])
+@pytest.mark.parametrize("radius", [0.05, 0.0])
+def test_clearance_gradients_on_both_sides_of_contact(
+    kind: str, radius: float, cube_file: str, rng: np.random.Generator
+) -> None:
+    """Every column, of every link and obstacle; configurations where the nearest point jumps are left out."""
+    robot = load_robot(link_radius=radius)
+    kinematics = Kinematics(robot, obstacles(cube_file)[kind])
+    h, seen = 1e-6, {"apart": 0, "contact": 0, "jumps": 0}
+    for _ in range(40):
+        q = random_q(robot, rng)
+        state = kinematics.state(q)
+        numeric = central_difference(lambda q: kinematics.measure(q).clearance, q, h)
+        nearby = [kinematics.state(q + step).clearance_gradient for step in h * rng.normal(size=(3, 12))]
+        for pair in np.ndindex(state.clearance.shape):
+            gradient = state.clearance_gradient[pair]
+            jump = max(np.linalg.norm(other[pair] - gradient) for other in nearby)
+            if jump > 1e-3:
+                seen["jumps"] += 1
+                continue
+            assert np.linalg.norm(gradient - numeric[pair]) <= 1e-6 * max(np.linalg.norm(gradient), 1e-3), (kind, pair)
+            seen["contact" if state.clearance[pair] < 0 else "apart"] += 1
+    assert seen["contact"] >= (20 if kind == "halfspace" else 3), seen
+    assert seen["apart"] >= 500, seen
+    assert seen["jumps"] <= 0.02 * sum(seen.values()), seen
+
+
+def segment_distance(a: np.ndarray, b: np.ndarray, p: np.ndarray) -> float:
+    s = np.clip((p - a) @ (b - a) / ((b - a) @ (b - a)), 0.0, 1.0)
+    return float(np.linalg.norm(a + s * (b - a) - p))
+
+
+@pytest.mark.parametrize("radius", [0.05, 0.0])
+def test_clearance_of_spheres_and_half_spaces_is_the_analytic_one(radius: float, rng: np.random.Generator) -> None:
+    robot = load_robot(link_radius=radius)
+    center, normal = np.array([-0.5, 1.5, 2.8]), np.array([0.3, 0.4, 1.2])
+    kinematics = Kinematics(robot, (Sphere(center=center, radius=0.4), HalfSpace(normal=normal, offset=2.6)))
+    for _ in range(100):
+        q = random_q(robot, rng)
+        measured = kinematics.measure(q).clearance
+        for psi, (a, b) in zip(measured, dh.bones(q).values(), strict=True):
+            heights = np.array([a, b]) @ normal / np.linalg.norm(normal) - 2.6 / np.linalg.norm(normal)
+            expected = [segment_distance(a, b, center) - 0.4 - radius, heights.min() - radius]
+            np.testing.assert_allclose(psi, expected, atol=1e-9)
+
+
+def test_a_mesh_has_an_inside(robot: Robot, cube_file: str) -> None:
+    """A link wholly inside a mesh is in penetration, as it is inside the same box."""
+    where = dh.bones(robot.initial)["left_forearm"].mean(axis=0)
+    mesh, box = Mesh(file=cube_file, center=where, scale=4.0), Box(center=where, size=[4.0, 4.0, 4.0])
+    clearance = Kinematics(robot, (mesh, box)).measure(robot.initial).clearance
+    assert clearance[5, 0] < -1.0
+    np.testing.assert_allclose(clearance[:, 0], clearance[:, 1], atol=1e-6)
+
+
+def test_no_obstacles(robot: Robot) -> None:
+    state = Kinematics(robot).state(robot.initial)
+    assert state.clearance.shape == (9, 0)
+    assert state.clearance_gradient.shape == (9, 0, 12)
+
+
+# Facts about the libraries that the design rests on: these tests notice the day they stop being true.
+
+
+def test_coal_normal_points_from_the_first_body_to_the_second_also_in_penetration() -> None:
+    for z in (1.0, 0.35):
+        result = coal.DistanceResult()
+        capsule, sphere = coal.Capsule(0.2, 1.0), coal.Sphere(0.3)
+        x = coal.Transform3s(np.eye(3), np.array([z, 0.0, 0.0]))
+        distance = coal.distance(capsule, coal.Transform3s(), sphere, x, coal.DistanceRequest(), result)
+        assert distance == pytest.approx(z - 0.5)
+        np.testing.assert_allclose(result.normal, [1.0, 0.0, 0.0], atol=1e-9)
+
+
+def test_pinocchio_frees_mimic_joints_by_default_and_has_no_hessians_with_them(robot: Robot) -> None:
+    assert pin.buildModelFromXML(robot.urdf).nq == 14
+    model = pin.buildModelFromXML(robot.urdf, mimic=True)
+    with pytest.raises(Exception, match=r"[Mm]imic"):
+        pin.computeJointKinematicHessians(model, model.createData(), robot.initial)
+
+
+def test_pinocchio_hands_numpy_a_column_major_hessian(robot: Robot, rng: np.random.Generator) -> None:
+    model, data = robot.model, robot.model.createData()
+    q, frame = robot.full_configuration(random_q(robot, rng)), robot.model.getFrameId("left_hand")
+    pin.computeJointKinematicHessians(model, data, q)
+    raw = pin.getFrameKinematicHessian(model, data, frame, pin.LOCAL_WORLD_ALIGNED)
+
+    def J(q: np.ndarray) -> np.ndarray:
+        return pin.computeFrameJacobian(model, model.createData(), q, frame, pin.LOCAL_WORLD_ALIGNED)
+
+    numeric = central_difference(J, q)
+    assert abs(raw - numeric).max() > 0.1
+    np.testing.assert_allclose(np.reshape(np.ravel(raw), raw.shape, order="F"), numeric, atol=1e-8)
