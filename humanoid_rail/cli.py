@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Sequence
 
 import click
 from rich.console import Console
@@ -16,10 +17,15 @@ BAD_INPUT = 2
 """Exit code after bad input."""
 
 
-def run(command: click.Command) -> None:
-    """Run a command and exit: bad input is one line of stderr and exit code 2, an interrupt exit code 130."""
+def run(command: click.Command, arguments: Sequence[str] | None = None) -> None:
+    """Run a command and exit: bad input is one line of stderr and exit code 2, an interrupt exit code 130.
+
+    Args:
+        command: What to run.
+        arguments: Its arguments; those of this process if not given.
+    """
     try:
-        code = command.main(standalone_mode=False)
+        code = command.main(arguments, standalone_mode=False)
     except (HumanoidRailError, click.ClickException) as error:
         message = error.format_message() if isinstance(error, click.ClickException) else str(error)
         click.echo(f"error: {' '.join(message.split())}", err=True)

@@ -6,9 +6,10 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-Pieces = tuple[NDArray[np.float64], ...]
+from humanoid_rail.arrays import Array, frozen
+
+Pieces = tuple[Array, ...]
 """Vertices (k, 3) of convex bodies, in m."""
 
 # Largest concavity that CoACD leaves in a piece, relative to the size of the mesh.
@@ -50,13 +51,7 @@ def _decompose(file: str, scale: tuple[float, float, float], _modified: int) -> 
     if not mesh.is_watertight:
         raise ValueError("a closed (watertight) mesh: an open one has no inside")
     if mesh.is_convex:
-        return (_frozen(mesh.convex_hull.vertices),)
+        return (frozen(mesh.convex_hull.vertices),)
     coacd.set_log_level("error")
     parts = coacd.run_coacd(coacd.Mesh(mesh.vertices, mesh.faces), threshold=CONCAVITY, seed=0)
-    return tuple(_frozen(vertices) for vertices, _ in parts)
-
-
-def _frozen(vertices: NDArray[np.float64]) -> NDArray[np.float64]:
-    array = np.array(vertices, float)
-    array.flags.writeable = False
-    return array
+    return tuple(frozen(vertices) for vertices, _ in parts)

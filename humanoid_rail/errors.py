@@ -63,6 +63,7 @@ def _short(value: object) -> str:
     """Return the representation of a value, cut to a readable length."""
     shortener = reprlib.Repr()
     shortener.maxstring = shortener.maxother = shortener.maxlong = 60
+    shortener.maxlevel = 2
     try:
         return shortener.repr(value)
     except Exception:  # a foreign __repr__ may raise anything, and must not hide the error it is quoted in

@@ -8,16 +8,14 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
-from numpy.typing import NDArray
 
+from humanoid_rail.arrays import Array
 from humanoid_rail.kinematics import Kinematics
 from humanoid_rail.obstacles import Sphere
 from humanoid_rail.paper import SweepPoint
 from humanoid_rail.robot import Robot
 from humanoid_rail.scene import Scene
 from humanoid_rail.trajectory import Trajectory
-
-Array = NDArray[np.float64]
 
 TORSO, HANDS, OBSTACLE = "#3b4252", ("#1f70cc", "#e86b1a"), "#d6453d"
 LINES = ("#1f70cc", "#e86b1a", "#2e9e5b", "#8e44ad")

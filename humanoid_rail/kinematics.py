@@ -11,13 +11,12 @@ from typing import NamedTuple
 import coal
 import numpy as np
 import pinocchio as pin
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from humanoid_rail.arrays import Array
 from humanoid_rail.obstacles import Obstacle
 from humanoid_rail.robot import Robot
 from humanoid_rail.shapes import PlacedShape, placed_shapes
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

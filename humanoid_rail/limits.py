@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from humanoid_rail.arrays import Array
 from humanoid_rail.robot import Robot
-
-Array = NDArray[np.float64]
 
 # Rounding of a configuration that an integrator or a file has been through, in m, rad, m/s and rad/s.
 ROUNDING = 1e-9

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import RK45, DenseOutput, OdeSolution
 from scipy.optimize import brentq
 
+from humanoid_rail.arrays import Array, frozen
 from humanoid_rail.errors import InvalidInput, checked_number
 from humanoid_rail.kinematics import Kinematics, State
 from humanoid_rail.limits import limit_violations
@@ -18,8 +18,6 @@ from humanoid_rail.resolution import Gains, gradient_projection, lost_direction,
 from humanoid_rail.robot import Robot
 from humanoid_rail.scene import Scene, check_scene
 from humanoid_rail.trajectory import Status, Trajectory
-
-Array = NDArray[np.float64]
 
 Method = Callable[[State, Array, Gains], Array]
 
@@ -50,7 +48,7 @@ def plan(
     scene: Scene,
     method: str = "gradient-projection",
     *,
-    gain: float | tuple[float, ...] = 1.0,
+    gain: float | Sequence[float] | Array = 1.0,
     c_mu: float = 1.0,
     c_kappa: float = 1.0,
     epsilon: float = 1.0,
@@ -105,11 +103,11 @@ def plan(
     q = motion.q_of_t(t)
     measured = [kinematics.measure(row) for row in q]
     return Trajectory(
-        t=_frozen(t),
-        q=_frozen(q),
-        hands=_frozen(np.array([m.hands for m in measured])),
-        clearance=_frozen(np.array([m.clearance.min(axis=0) for m in measured])),
-        manipulability=_frozen(np.array([m.manipulability for m in measured])),
+        t=frozen(t),
+        q=frozen(q),
+        hands=frozen(np.array([m.hands for m in measured])),
+        clearance=frozen(np.array([m.clearance.min(axis=0) for m in measured])),
+        manipulability=frozen(np.array([m.manipulability for m in measured])),
         status=motion.status,
         reason=motion.reason,
         violations=limit_violations(robot, t, q),
@@ -233,8 +231,3 @@ def _sample_times(end: float, dt: float) -> Array:
     regular = dt * np.arange(int(np.floor(end / dt)) + 1)
     # A last multiple that is the end up to rounding would make an interval of no length.
     return np.append(regular[regular < end - 1e-9 * dt], end)
-
-
-def _frozen(array: Array) -> Array:
-    array.flags.writeable = False
-    return array

@@ -6,15 +6,15 @@ Shapes: n actuated joints, h hands, L links, O obstacles.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from humanoid_rail.arrays import Array
 from humanoid_rail.errors import InvalidInput, checked_number
 from humanoid_rail.kinematics import State
-
-Array = NDArray[np.float64]
 
 SINGULAR_VALUE = 0.1
 """Smallest singular value of J below which the pseudo-inverse is damped; above it eq. 4.9 is exact."""
@@ -30,7 +30,7 @@ class Gains:
         InvalidInput: If one of them is not valid.
     """
 
-    gain: float | tuple[float, ...] = 1.0
+    gain: float | Sequence[float] | Array = 1.0
     """K in 1/s: its diagonal, one number for each coordinate of the hands, or one for all."""
     c_mu: float = 1.0
     """Gain of the manipulability's gradient, 0 or more."""
@@ -40,8 +40,8 @@ class Gains:
     """Activation distance of the penalty kappa in m, 0 or more. The paper does not give it."""
 
     def __post_init__(self) -> None:
-        gains = self.gain if isinstance(self.gain, tuple) else (self.gain,)
-        if not gains:
+        gains = np.ravel(np.asarray(self.gain, dtype=object))
+        if not gains.size:
             raise InvalidInput("gain", self.gain, "a number greater than 0, or one for each coordinate of the hands")
         for gain in gains:
             checked_number("gain", gain, above=0.0)
@@ -54,7 +54,7 @@ class Gains:
         Raises:
             InvalidInput: If it was given with another size.
         """
-        diagonal = np.atleast_1d(np.asarray(self.gain, float))
+        diagonal = np.ravel(np.asarray(self.gain, float))
         if diagonal.size not in (1, size):
             raise InvalidInput("gain", self.gain, f"1 or {size} numbers greater than 0")
         return np.broadcast_to(diagonal, (size,)).copy()

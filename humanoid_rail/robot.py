@@ -10,13 +10,12 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from humanoid_rail.arrays import Array, frozen
 from humanoid_rail.description import build_urdf
 from humanoid_rail.errors import MISSING, InvalidInput
 from humanoid_rail.resources import resource
-
-Array = NDArray[np.float64]
 
 # URDF has no acceleration limit; this attribute of <limit> is Drake's.
 _ACCELERATION = "{http://drake.mit.edu}acceleration"
@@ -126,8 +125,8 @@ def robot_from_urdf(urdf: str, srdf: str | None, hands: Sequence[Hand], initial:
         initial: Configuration (n,) in m and rad; the middle of the position limits if not given.
 
     Raises:
-        InvalidInput: If the text is no URDF, a joint has no Euclidean configuration (continuous, floating), or a hand names a frame or a
-            joint that the URDF does not have, or `initial` has the wrong size.
+        InvalidInput: If the text is no URDF, a joint has no Euclidean configuration (continuous, floating), a hand
+            names a frame or a joint that the URDF does not have, or `initial` has the wrong size.
     """
     try:
         model = pin.buildModelFromXML(urdf)
@@ -154,17 +153,17 @@ def robot_from_urdf(urdf: str, srdf: str | None, hands: Sequence[Hand], initial:
         urdf=urdf,
         model=model,
         collision_model=collision_model,
-        coupling=_frozen(coupling),
-        offset=_frozen(offset),
+        coupling=frozen(coupling),
+        offset=frozen(offset),
         joint_names=joint_names,
-        lower=_frozen(lower),
-        upper=_frozen(upper),
-        velocity_limit=_frozen(model.velocityLimit[actuated]),
-        acceleration_limit=_frozen(
+        lower=frozen(lower),
+        upper=frozen(upper),
+        velocity_limit=frozen(model.velocityLimit[actuated]),
+        acceleration_limit=frozen(
             [float(a.get(_ACCELERATION, "inf")) if a is not None else np.inf for a in accelerations]
         ),
         hands=tuple(hands),
-        initial=_frozen(start),
+        initial=frozen(start),
         self_collision_pairs=_self_collision_pairs(model, collision_model, srdf),
     )
 
@@ -215,10 +214,3 @@ def _check_hands(model: pin.Model, joint_names: Sequence[str], hands: Sequence[H
         for joint in hand.arm:
             if joint not in joint_names:
                 raise InvalidInput(f"hands.{hand.name}.arm", joint, f"actuated joints: {', '.join(joint_names)}")
-
-
-def _frozen(values: ArrayLike) -> Array:
-    """Return a read-only copy."""
-    array = np.array(values, float)
-    array.flags.writeable = False
-    return array

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import coal
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
+from humanoid_rail.arrays import Array
 from humanoid_rail.obstacles import Box, Capsule, HalfSpace, Mesh, Obstacle, Sphere
 
 
@@ -44,7 +44,7 @@ def _placement(
     return coal.Transform3s(pin.rpy.rpyToMatrix(*rpy), np.array(center))
 
 
-def _convex(vertices: NDArray[np.float64]) -> coal.ConvexBase:
+def _convex(vertices: Array) -> coal.ConvexBase:
     points = coal.StdVec_Vec3s()
     points.extend(list(vertices))
     return coal.ConvexBase.convexHull(points, True, "Qt")

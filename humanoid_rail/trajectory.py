@@ -13,12 +13,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from humanoid_rail.arrays import Array, frozen
 from humanoid_rail.errors import InvalidInput
 from humanoid_rail.limits import Violation
-
-Array = NDArray[np.float64]
 
 
 class Status(StrEnum):
@@ -149,8 +147,8 @@ def read_trajectory(folder: str | Path) -> Trajectory:
         summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
         with np.load(folder / "trajectory.npz") as arrays:
             return Trajectory(
-                **{name: arrays[name] for name in ("t", "q", "clearance", "manipulability")},
-                hands=np.stack([arrays[name] for name in summary["hand_names"]], axis=1),
+                **{name: frozen(arrays[name]) for name in ("t", "q", "clearance", "manipulability")},
+                hands=frozen(np.stack([arrays[name] for name in summary["hand_names"]], axis=1)),
                 status=Status(summary["status"]),
                 violations=tuple(Violation(**violation) for violation in summary["violations"]),
                 joint_names=tuple(summary["joint_names"]),

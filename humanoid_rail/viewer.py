@@ -18,15 +18,13 @@ import meshcat.transformations as mt
 import numpy as np
 import pinocchio as pin
 from meshcat.animation import Animation
-from numpy.typing import NDArray
 
+from humanoid_rail.arrays import Array
 from humanoid_rail.obstacles import HalfSpace
 from humanoid_rail.robot import Robot
 from humanoid_rail.scene import Scene
 from humanoid_rail.shapes import PlacedShape, placed_shapes
 from humanoid_rail.trajectory import Trajectory
-
-Array = NDArray[np.float64]
 
 FRAMES_PER_SECOND = 30
 HOLD = 1.5
@@ -34,7 +32,7 @@ HOLD = 1.5
 HAND_COLOURS = (0x1F70CC, 0xE86B1A, 0x2E9E5B, 0x8E44AD)
 OBSTACLE_COLOUR = 0xD6453D
 WALL_COLOUR = 0x7C8792
-CAMERA = np.array([-1.65, -1.35, 0.6])
+CAMERA = np.array([-1.45, -1.2, 0.5])
 """Where the camera is from the middle of the motion, in units of the motion's radius: before the robot's chest."""
 ZOOM = 1.9
 FLOOR = -0.33
@@ -132,8 +130,6 @@ def _publish(view: meshcat.Visualizer, robot: Robot, scene: Scene, trajectory: T
         colour = HAND_COLOURS[i % len(HAND_COLOURS)]
         _draw_target(view[f"targets/{name}"], np.array(scene.targets[name]), colour)
         _draw_trace(view[f"traces/{name}"], trajectory.hands[:, i], colour)
-    # Only nodes that hold no object themselves are animated: meshcat would lose the animation of one whose object
-    # arrives after it.
     view.set_animation(_animation(view, robot, trajectory), play=True, repetitions=10_000)
 
 

@@ -14,7 +14,7 @@ def with_targets(scene: Scene, left: list[float], right: list[float]) -> Scene:
 
 def near(robot: Robot, by: float, **extra: object) -> Scene:
     """Return a scene whose targets are a little above the start."""
-    left, right = dh.hands(robot.initial) + [0.0, 0.0, by]
+    left, right = dh.hands(robot.initial) + np.array([0.0, 0.0, by])
     return Scene(name="near", targets={"left": left, "right": right}, **extra)
 
 
@@ -130,7 +130,7 @@ def test_violations_name_joint_value_limit_and_time(robot: Robot, scene: Scene) 
 
 
 def test_position_limits_are_seen(robot: Robot) -> None:
-    left, right = dh.hands(robot.initial) + [0.0, 12.0, 0.0]
+    left, right = dh.hands(robot.initial) + np.array([0.0, 12.0, 0.0])
     trajectory = plan(robot, Scene(name="far", targets={"left": left, "right": right}), dt=0.1, c_mu=0.0)
     rail = next(v for v in trajectory.violations if (v.joint, v.quantity) == ("rail", "position"))
     assert rail.limit == 9.0

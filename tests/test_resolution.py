@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from conftest import assert_gradient, random_q
@@ -104,7 +106,7 @@ def test_damping_is_off_away_from_singularities() -> None:
     assert damping(5.0) == 0.0
     assert damping(0.0) == MAX_DAMPING
     inside = [damping(s) for s in np.linspace(0.0, SINGULAR_VALUE, 50)]
-    assert all(a >= b for a, b in zip(inside, inside[1:], strict=False))
+    assert all(a >= b for a, b in pairwise(inside))
 
 
 def test_damping_bounds_the_velocity_at_a_singularity(rng: np.random.Generator) -> None:
@@ -152,3 +154,5 @@ def test_gains_of_the_wrong_size() -> None:
     with pytest.raises(InvalidInput, match="gain"):
         Gains(gain=(1.0, 2.0)).diagonal(6)
     np.testing.assert_array_equal(Gains(gain=2.0).diagonal(6), 6 * [2.0])
+    np.testing.assert_array_equal(Gains(gain=np.arange(1.0, 7.0)).diagonal(6), [1, 2, 3, 4, 5, 6])
+    np.testing.assert_array_equal(Gains(gain=[3.0] * 6).diagonal(6), 6 * [3.0])

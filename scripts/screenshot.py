@@ -1,0 +1,83 @@
+"""Take a picture of a playback page with headless Chromium: the README's picture is made by this."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import click
+from playwright.sync_api import Page, sync_playwright
+
+from humanoid_rail import HumanoidRailError, load_robot, paper_scene, plan_case
+from humanoid_rail.cli import console, run
+from humanoid_rail.viewer import playback_html
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+# WebGL in software; no look-ups on the network.
+ARGUMENTS = [
+    "--no-sandbox",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--no-first-run",
+]
+
+
+def browser_path() -> str | None:
+    """Return where Chromium is installed, if it is."""
+    return next((path for name in BROWSERS if (path := shutil.which(name))), None)
+
+
+@contextmanager
+def opened(page_file: Path) -> Iterator[tuple[Page, list[str]]]:
+    """Open a playback page; yields it, and the list of what went wrong in it: errors and requests to the network."""
+    path = browser_path()
+    if path is None:
+        raise HumanoidRailError(f"no browser: install one of {', '.join(BROWSERS)}")
+    troubles: list[str] = []
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=path, args=ARGUMENTS)
+        page = browser.new_page(viewport={"width": 1280, "height": 760})
+        page.on("console", lambda message: troubles.append(message.text) if message.type == "error" else None)
+        page.on("pageerror", lambda error: troubles.append(str(error)))
+        page.on("request", lambda request: troubles.append(request.url) if request.url.startswith("http") else None)
+        page.goto(page_file.resolve().as_uri())
+        # meshcat takes its commands in one after the other; the animation comes with the first.
+        page.wait_for_function("() => viewer.animator.actions.length > 0")
+        page.wait_for_timeout(1000)
+        yield page, troubles
+        browser.close()
+
+
+def seek(page: Page, t: float) -> None:
+    """Stop the animation at a time in s."""
+    page.evaluate("t => { viewer.animator.pause(); viewer.animator.seek(t); viewer.render(); }", t)
+    page.wait_for_timeout(200)
+
+
+@click.command()
+@click.argument("picture", type=click.Path(dir_okay=False, path_type=Path))
+@click.option("--case", default=3, show_default=True, help="Case of the paper.")
+@click.option("--at", default=1.9, show_default=True, help="Time of the motion, s.")
+def main(picture: Path, case: int, at: float) -> None:
+    """Plan a case of the paper and write a PICTURE of its playback page."""
+    robot, scene = load_robot(), paper_scene()
+    with tempfile.TemporaryDirectory() as folder:
+        page_file = Path(folder) / "playback.html"
+        page_file.write_text(playback_html(robot, scene, plan_case(robot, case)), encoding="utf-8")
+        with opened(page_file) as (page, _):
+            page.evaluate("() => viewer.gui.domElement.remove()")
+            seek(page, at)
+            picture.parent.mkdir(parents=True, exist_ok=True)
+            page.screenshot(path=str(picture))
+    console.print(f"{picture}", soft_wrap=True)
+
+
+if __name__ == "__main__":
+    run(main)

@@ -1,0 +1,143 @@
+"""The scripts, run as a user runs them."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import psutil
+import pytest
+from conftest import ROOT
+
+OUTPUTS = {"trajectory.npz", "trajectory.csv", "summary.json", "playback.html"}
+
+
+def command(script: str, *arguments: str) -> list[str]:
+    return [sys.executable, str(ROOT / "scripts" / f"{script}.py"), *arguments]
+
+
+def script(name: str, *arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    environment = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    return subprocess.run(
+        command(name, *arguments), cwd=cwd, env=environment, capture_output=True, text=True, timeout=120, check=False
+    )
+
+
+def test_plan_a_case(tmp_path: Path) -> None:
+    result = script("plan", "--case", "3", "--out", "out", cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    assert result.stderr == ""
+    assert "reached" in result.stdout
+    assert "playback.html" in result.stdout  # how to see it
+    assert {path.name for path in (tmp_path / "out").iterdir()} == OUTPUTS
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["duration"] == pytest.approx(6.3355, abs=1e-3)
+    with np.load(tmp_path / "out" / "trajectory.npz") as arrays:
+        assert arrays["q"].shape == (635, 12)
+
+
+def test_plan_a_scene_file_with_every_option(tmp_path: Path) -> None:
+    arguments = ["--method", "gradient-projection", "--epsilon", "0.5", "--c-mu", "0.5", "--c-kappa", "2"]
+    arguments += ["--gain", "1,1,1,2,2,2", "--dt", "0.1", "--tolerance", "0.02", "--max-time", "30"]
+    arguments += ["--link-radius", "0.02", "--no-view", "--out", "out"]
+    scene = str(ROOT / "scenes" / "dev" / "sparse-80000.json")
+    result = script("plan", scene, *arguments, cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    with np.load(tmp_path / "out" / "trajectory.npz") as arrays:
+        np.testing.assert_allclose(np.diff(arrays["t"])[:-1], 0.1)
+
+
+def test_a_case_keeps_its_gains(tmp_path: Path) -> None:
+    summaries = []
+    for case in "123":
+        script("plan", "--case", case, "--out", case, cwd=tmp_path)
+        summaries.append(json.loads((tmp_path / case / "summary.json").read_text()))
+    assert [summary["collision_free"] for summary in summaries] == [False, True, True]
+
+
+def test_targets_that_are_not_reached_exit_1_and_are_written(tmp_path: Path) -> None:
+    result = script("plan", "--case", "3", "--max-time", "1", "--out", "out", cwd=tmp_path)
+    assert result.returncode == 1
+    assert "time_limit" in result.stdout
+    assert {path.name for path in (tmp_path / "out").iterdir()} == OUTPUTS
+
+
+@pytest.mark.parametrize(
+    ("arguments", "names"),
+    [
+        (["none.yaml"], "none.yaml"),
+        (["--case", "4"], "case"),
+        (["--case", "one"], "--case"),
+        (["--case", "1", "scene.yaml"], "case"),
+        (["--method", "magic"], "method"),
+        (["--case", "1", "--method", "magic"], "method"),
+        (["--gain", "0"], "gain"),
+        (["--gain", "1,2"], "gain"),
+        (["--gain", "much"], "gain"),
+        (["--dt", "nan"], "dt"),
+        (["--epsilon", "-1"], "epsilon"),
+        (["--link-radius", "-0.1"], "link_radius"),
+        (["--nonsense"], "--nonsense"),
+        (["a.yaml", "b.yaml"], "b.yaml"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_2(arguments: list[str], names: str, tmp_path: Path) -> None:
+    result = script("plan", *arguments, "--out", "out", cwd=tmp_path)
+    assert result.returncode == 2
+    assert result.stdout == ""
+    assert result.stderr.count("\n") == 1
+    assert result.stderr.startswith("error: ")
+    assert names in result.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_out_that_is_a_file(tmp_path: Path) -> None:
+    (tmp_path / "out").write_text("mine")
+    result = script("plan", "--case", "1", "--out", "out", cwd=tmp_path)
+    assert (result.returncode, result.stderr.count("\n")) == (2, 1)
+    assert (tmp_path / "out").read_text() == "mine"
+
+
+@pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
+def test_the_view_ends_cleanly(ending: signal.Signals, tmp_path: Path) -> None:
+    environment = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    process = subprocess.Popen(
+        command("plan", "--case", "1", "--dt", "0.1", "--view"),
+        cwd=tmp_path,
+        env={**environment, "PYTHONUNBUFFERED": "1"},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    said = ""
+    while "Ctrl-C" not in said:
+        line = process.stdout.readline()
+        assert line, f"ended early: {said}"
+        said += line
+    children = psutil.Process(process.pid).children(recursive=True)
+    assert children
+    process.send_signal(ending)
+    _, errors = process.communicate(timeout=20)
+    assert process.returncode == 0, errors
+    assert errors == ""
+    deadline = time.monotonic() + 5
+    while any(child.is_running() for child in children) and time.monotonic() < deadline:
+        time.sleep(0.1)
+    assert not any(child.is_running() for child in children)
+
+
+def test_reproduce(tmp_path: Path) -> None:
+    result = script("reproduce", "--no-sweep", "--out", "figures", cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    assert "NO" not in result.stdout.split()
+    names = {path.name for path in (tmp_path / "figures").iterdir()}
+    kinds = {2: "motion", 3: "clearance", 4: "manipulability"}
+    expected = {f"figure_{i:02d}_{kinds[(i - 2) % 3 + 2]}" for i in range(2, 11)}
+    assert names == {f"{name}.{suffix}" for name in expected for suffix in ("png", "svg")}

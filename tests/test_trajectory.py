@@ -1,0 +1,113 @@
+"""Reading and writing trajectories."""
+
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import fields
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from humanoid_rail import InvalidInput, Robot, Scene, Trajectory, plan, read_trajectory, write_trajectory
+
+FILES = {"trajectory.npz", "trajectory.csv", "summary.json"}
+
+
+@pytest.fixture(scope="module")
+def trajectory(robot: Robot, scene: Scene) -> Trajectory:
+    return plan(robot, scene, dt=0.05)
+
+
+def test_what_is_written_is_read_back(trajectory: Trajectory, tmp_path: Path) -> None:
+    written = write_trajectory(trajectory, tmp_path / "a" / "b")
+    assert {path.name for path in written} == FILES == {path.name for path in (tmp_path / "a" / "b").iterdir()}
+    again = read_trajectory(tmp_path / "a" / "b")
+    for field in fields(Trajectory):
+        before, after = getattr(trajectory, field.name), getattr(again, field.name)
+        if isinstance(before, np.ndarray):
+            np.testing.assert_array_equal(before, after)
+            assert not after.flags.writeable
+        else:
+            assert before == after, field.name
+    assert again.summary() == trajectory.summary()
+
+
+def test_npz(trajectory: Trajectory, tmp_path: Path) -> None:
+    write_trajectory(trajectory, tmp_path)
+    n = len(trajectory.t)
+    with np.load(tmp_path / "trajectory.npz") as arrays:
+        shapes = {name: arrays[name].shape for name in arrays.files}
+    assert shapes == {
+        "t": (n,),
+        "q": (n, 12),
+        "left": (n, 3),
+        "right": (n, 3),
+        "clearance": (n, 2),
+        "manipulability": (n,),
+    }
+
+
+def test_csv(trajectory: Trajectory, tmp_path: Path) -> None:
+    write_trajectory(trajectory, tmp_path)
+    with (tmp_path / "trajectory.csv").open(newline="") as file:
+        header, *rows = csv.reader(file)
+    hands = ["left_x", "left_y", "left_z", "right_x", "right_y", "right_z"]
+    assert header == ["t", *trajectory.joint_names, *hands]
+    expected = np.column_stack([trajectory.t, trajectory.q, trajectory.hands.reshape(-1, 6)])
+    np.testing.assert_array_equal(np.array(rows, float), expected)
+
+
+def test_summary(trajectory: Trajectory, tmp_path: Path) -> None:
+    write_trajectory(trajectory, tmp_path)
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    assert summary["status"] == "reached"
+    assert summary["reason"]
+    assert summary["collision_free"] is True
+    assert summary["limits_ok"] is False
+    assert summary["duration"] == trajectory.t[-1]
+    assert summary["planning_time"] > 0
+    assert summary["evaluations"] > 100
+    assert summary["min_clearance"] == trajectory.clearance.min()
+    assert summary["manipulability_final"] == trajectory.manipulability[-1]
+    assert {"joint", "quantity", "value", "limit", "t"} == summary["violations"][0].keys()
+
+
+def test_min_clearance_is_null_without_obstacles(robot: Robot, scene: Scene, tmp_path: Path) -> None:
+    write_trajectory(plan(robot, scene.model_copy(update={"obstacles": ()}), dt=0.5), tmp_path)
+    assert json.loads((tmp_path / "summary.json").read_text())["min_clearance"] is None
+    assert read_trajectory(tmp_path).clearance.shape[1] == 0
+
+
+def test_collision_free_is_about_the_samples(trajectory: Trajectory) -> None:
+    from dataclasses import replace
+
+    assert trajectory.collision_free
+    clearance = trajectory.clearance.copy()
+    clearance[3, 1] = -1e-6
+    assert not replace(trajectory, clearance=clearance).collision_free
+
+
+def test_nothing_is_left_half_written(trajectory: Trajectory, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full_disk(path: Path, content: bytes) -> int:
+        with path.open("wb") as file:
+            file.write(content[:10])
+        raise OSError("no space left on device")
+
+    monkeypatch.setattr(Path, "write_bytes", full_disk)
+    with pytest.raises(InvalidInput, match="no space left"):
+        write_trajectory(trajectory, tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
+def test_folders_that_cannot_be_used(trajectory: Trajectory, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InvalidInput, match="out"):
+        write_trajectory(trajectory, tmp_path / "file")
+    with pytest.raises(InvalidInput, match="trajectory"):
+        read_trajectory(tmp_path)
+    write_trajectory(trajectory, tmp_path)
+    (tmp_path / "summary.json").write_text("{}")
+    with pytest.raises(InvalidInput, match="trajectory"):
+        read_trajectory(tmp_path)

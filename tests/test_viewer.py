@@ -1,0 +1,117 @@
+"""The playback page, opened by a real browser."""
+
+from __future__ import annotations
+
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from PIL import Image
+from screenshot import browser_path, opened, seek
+
+from humanoid_rail import Box, Capsule, HalfSpace, Mesh, Robot, Scene, Sphere, plan, plan_case
+from humanoid_rail.viewer import playback_html
+
+needs_browser = pytest.mark.skipif(browser_path() is None, reason="Chromium (Debian: chromium) is not installed")
+
+
+def pixels(page: Any) -> np.ndarray:
+    return np.asarray(Image.open(BytesIO(page.screenshot())).convert("RGB")).astype(int)
+
+
+def share(image: np.ndarray, rgb: tuple[int, int, int], tolerance: int = 40) -> float:
+    """Return the share of pixels that have about this colour."""
+    return float((abs(image - rgb).max(axis=2) < tolerance).mean())
+
+
+@needs_browser
+def test_the_page_shows_the_robot_moving(robot: Robot, scene: Scene, tmp_path: Path) -> None:
+    trajectory = plan_case(robot, 3)
+    (tmp_path / "playback.html").write_text(playback_html(robot, scene, trajectory), encoding="utf-8")
+    with opened(tmp_path / "playback.html") as (page, troubles):
+        running = pixels(page)
+        page.wait_for_timeout(1000)
+        later = pixels(page)
+        stills = {}
+        for t in (0.0, 2.0, trajectory.duration):
+            seek(page, t)
+            stills[t] = pixels(page)
+        seek(page, trajectory.duration + 0.5)  # where the view rests on the end
+        joints = {
+            name: page.evaluate(
+                """name => {
+                    const find = path => viewer.scene_tree.find(path).object;
+                    const world = find(["meshcat", "world"]), node = find(["meshcat", "world", "robot", name]);
+                    viewer.scene.updateMatrixWorld(true);
+                    return world.matrixWorld.clone().invert().multiply(node.matrixWorld).elements;
+                }""",
+                name,
+            )
+            for name in [*robot.model.names][1:]
+        }
+        assert "paper" in page.title()
+        assert not troubles
+    assert (abs(running - later).max(axis=2) > 30).mean() > 1e-3, "the animation does not run"
+    first, middle, last = stills.values()
+    assert (abs(first - middle).max(axis=2) > 30).mean() > 5e-3
+    assert (abs(middle - last).max(axis=2) > 30).mean() > 1e-3
+    for image in stills.values():
+        assert share(image, (45, 120, 210), 60) > 1e-3, "no blue arm"
+        assert share(image, (240, 120, 40), 60) > 1e-3, "no orange arm"
+        assert share(image, (230, 120, 115), 50) > 1e-3, "no obstacles"
+    data = robot.model.createData()
+    pin.forwardKinematics(robot.model, data, robot.full_configuration(trajectory.q[-1]))
+    for name, elements in joints.items():
+        shown = np.array(elements).reshape(4, 4).T
+        np.testing.assert_allclose(shown, data.oMi[robot.model.getJointId(name)].homogeneous, atol=1e-5, err_msg=name)
+
+
+@needs_browser
+def test_every_kind_of_obstacle_is_drawn(robot: Robot, tmp_path: Path, cube_file: str) -> None:
+    obstacles = (
+        Sphere(center=(-2.0, 0.0, 2.0), radius=0.2),
+        Box(center=(-2.0, 1.0, 2.0), size=(0.3, 0.4, 0.5), rpy=(0.1, 0.2, 0.3)),
+        Capsule(center=(-2.0, 2.0, 2.0), radius=0.1, length=0.4, rpy=(1.0, 0.0, 0.0)),
+        HalfSpace(normal=(0.0, 0.0, 1.0), offset=-0.3),
+        Mesh(file=cube_file, center=(-2.0, 3.0, 2.0), scale=0.4),
+    )
+    targets = {"left": (0.1, -2.1, 3.1), "right": (0.1, 2.3, 3.1)}
+    scene = Scene(name="<all> & more", targets=targets, obstacles=obstacles)
+    (tmp_path / "page.html").write_text(playback_html(robot, scene, plan(robot, scene)), encoding="utf-8")
+    with opened(tmp_path / "page.html") as (page, troubles):
+        positions = [
+            page.evaluate(
+                """i => {
+                    viewer.scene.updateMatrixWorld(true);
+                    const world = viewer.scene_tree.find(["meshcat", "world"]).object;
+                    const path = ["meshcat", "world", "obstacles", String(i), "0", "<object>"];
+                    const mesh = viewer.scene_tree.find(path).object;
+                    mesh.geometry.computeBoundingBox();
+                    const at = world.matrixWorld.clone().invert().multiply(mesh.matrixWorld);
+                    const box = mesh.geometry.boundingBox.applyMatrix4(at);
+                    return [...box.min.toArray(), ...box.max.toArray()];
+                }""",
+                i,
+            )
+            for i in range(len(obstacles))
+        ]
+        assert page.title().startswith("<all> & more")
+        assert not troubles
+    for obstacle, box in zip(obstacles, positions, strict=True):
+        if not isinstance(obstacle, HalfSpace):
+            np.testing.assert_allclose(np.add(box[:3], box[3:]) / 2, obstacle.center, atol=1e-3)
+    np.testing.assert_allclose(np.subtract(positions[0][3:], positions[0][:3]), 3 * [0.4], atol=0.01)
+    assert positions[3][5] == pytest.approx(-0.3, abs=0.01)
+    assert positions[4][3:] == pytest.approx([-1.8, 3.2, 2.2], abs=1e-3)
+
+
+def test_no_server_is_left_behind(robot: Robot, scene: Scene) -> None:
+    import psutil
+
+    page = playback_html(robot, scene, plan_case(robot, 1, dt=0.1))
+    assert "http://" not in page.split("</script>")[-2]
+    children = [process.cmdline() for process in psutil.Process().children(recursive=True)]
+    assert not [command for command in children if "meshcat.servers.zmqserver" in command]
