@@ -20,7 +20,8 @@ generate: $(VENV)/plan-installed
 	$(BIN)/python scripts/generate.py
 
 figures: $(VENV)/test-installed
-	$(BIN)/python scripts/reproduce.py --out docs/figures
+	$(BIN)/python scripts/reproduce.py --out out/paper --readme README.md
+	cp out/paper/sweep_activation_distance.png docs/activation_distance.png
 
 picture: $(VENV)/test-installed
 	$(BIN)/python scripts/screenshot.py docs/case3.png

@@ -17,7 +17,7 @@ CONCAVITY = 0.05
 
 
 def convex_pieces(file: str, scale: tuple[float, float, float]) -> Pieces:
-    """Return convex bodies that together are the solid inside a mesh, no smaller than the mesh itself.
+    """Return convex bodies that together cover the solid inside a mesh, to within about 1e-4 of its size.
 
     The decomposition is CoACD's (Wei, Liu, Ling, Su, "Approximate convex decomposition for 3D meshes with
     collision-aware concavity and tree search", 2022): it cuts the mesh by planes and takes the convex hull of each

@@ -147,13 +147,18 @@ def read_trajectory(folder: str | Path) -> Trajectory:
         summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
         with np.load(folder / "trajectory.npz") as arrays:
             return Trajectory(
-                **{name: frozen(arrays[name]) for name in ("t", "q", "clearance", "manipulability")},
+                t=frozen(arrays["t"]),
+                q=frozen(arrays["q"]),
                 hands=frozen(np.stack([arrays[name] for name in summary["hand_names"]], axis=1)),
+                clearance=frozen(arrays["clearance"]),
+                manipulability=frozen(arrays["manipulability"]),
                 status=Status(summary["status"]),
+                reason=summary["reason"],
                 violations=tuple(Violation(**violation) for violation in summary["violations"]),
+                planning_time=summary["planning_time"],
+                evaluations=summary["evaluations"],
                 joint_names=tuple(summary["joint_names"]),
                 hand_names=tuple(summary["hand_names"]),
-                **{name: summary[name] for name in ("reason", "planning_time", "evaluations")},
             )
     except (OSError, ValueError, KeyError, TypeError) as error:
         valid = f"a folder with trajectory.npz and summary.json ({error})"

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 import click
 import numpy as np
@@ -18,6 +20,8 @@ from humanoid_rail.paper import CASES, SETTINGS, SweepPoint, bisect_claims, clai
 
 ROBOTS = {"links 5 cm thick": 0.05, "links without thickness": 0.0}
 GRID = np.round(np.arange(0.1, 3.01, 0.1), 3)
+CLAIM_COLUMNS = ("claim", "paper", "computed", "holds")
+RANGE_COLUMNS = ("robot", "from", "breaks below", "to", "breaks above")
 
 
 @click.command()
@@ -25,7 +29,8 @@ GRID = np.round(np.arange(0.1, 3.01, 0.1), 3)
     "--out", type=click.Path(file_okay=False, path_type=Path), default="out/paper", help="Folder for the figures."
 )
 @click.option("--sweep/--no-sweep", default=True, help="Sweep the activation distance (half a minute).")
-def main(out: Path, sweep: bool) -> None:
+@click.option("--readme", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Markdown file to update.")
+def main(out: Path, sweep: bool, readme: Path | None) -> None:
     """Reproduce section 5 of the paper: figures 2 to 10, its claims, the range of the activation distance."""
     robot, scene = load_robot(), paper_scene()
     out.mkdir(parents=True, exist_ok=True)
@@ -37,42 +42,62 @@ def main(out: Path, sweep: bool) -> None:
         figure = manipulability_figure(trajectory, f"Fig. {first + 2}: case {i}")
         save(figure, out, f"figure_{first + 2:02d}_manipulability")
 
-    table = Table(title=f"Section 5, activation distance {SETTINGS['epsilon']:g} m", title_justify="left")
-    for column in ("claim", "paper", "computed", "holds"):
-        table.add_column(column)
-    for claim in claims(robot, cases):
-        table.add_row(claim.statement, claim.paper, claim.computed, "yes" if claim.holds else "NO")
-    console.print(table)
+    rows = [[c.statement, c.paper, c.computed, "yes" if c.holds else "NO"] for c in claims(robot, cases)]
+    report("claims", f"Section 5, activation distance {SETTINGS['epsilon']:g} m", CLAIM_COLUMNS, rows, readme)
     if sweep:
-        print_sweep(out)
+        sweeps = find_ranges()
+        save(sweep_figure([(s.robot, s.points, (s.low, s.high)) for s in sweeps]), out, "sweep_activation_distance")
+        ranges = [
+            [s.robot, f"{s.low:.3f} m", ", ".join(s.below), f"{s.high:.3f} m", ", ".join(s.above)] for s in sweeps
+        ]
+        report("ranges", "Activation distances at which all claims hold at once", RANGE_COLUMNS, ranges, readme)
     console.print(f"Figures: {out}", soft_wrap=True)
 
 
-def print_sweep(out: Path) -> None:
-    """Find, print and draw the activation distances at which all claims hold at once."""
-    table = Table(title="Activation distances at which all claims hold at once", title_justify="left")
-    for column in ("robot", "from", "below it", "to", "above it"):
-        table.add_column(column)
+def report(name: str, title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], readme: Path | None) -> None:
+    """Print a table, and put it between the marks of its name in a Markdown file."""
+    table = Table(*columns, title=title, title_justify="left")
+    for row in rows:
+        table.add_row(*row)
+    console.print(table)
+    if readme is not None:
+        lines = [columns, ["---"] * len(columns), *rows]
+        markdown = "\n".join(f"| {' | '.join(line)} |" for line in lines)
+        begin, end = f"<!-- {name} -->", f"<!-- /{name} -->"
+        before, _, rest = readme.read_text(encoding="utf-8").partition(begin)
+        _, _, after = rest.partition(end)
+        readme.write_text(f"{before}{begin}\n{markdown}\n{end}{after}", encoding="utf-8")
+
+
+class Sweep(NamedTuple):
+    """The range of activation distances in which all claims hold for a robot, and what breaks beyond its ends."""
+
+    robot: str
+    points: list[SweepPoint]
+    low: float
+    below: tuple[str, ...]
+    high: float
+    above: tuple[str, ...]
+
+
+def find_ranges() -> list[Sweep]:
+    """Find for each robot the activation distances at which all claims hold at once.
+
+    Raises:
+        RuntimeError: If they are not one range inside the sweep.
+    """
     sweeps = []
     with ProcessPoolExecutor(2) as pool:
         swept = {name: pool.map(partial(point_of, radius), GRID) for name, radius in ROBOTS.items()}
         for name, results in swept.items():
             points = list(results)
             good = [i for i, point in enumerate(points) if not point.broken_claims]
-            if not good:
-                table.add_row(name, "nowhere", "", "", "")
-                continue
-            if good != list(range(good[0], good[-1] + 1)) or good[0] == 0 or good[-1] == len(GRID) - 1:
-                raise RuntimeError(f"the claims hold at {GRID[good]}: not one range inside the sweep")
-            ends = [(GRID[good[0]], GRID[good[0] - 1]), (GRID[good[-1]], GRID[good[-1] + 1])]
-            (low, below), (high, above) = pool.map(end_of, [ROBOTS[name]] * 2, *zip(*ends, strict=True))
-            table.add_row(
-                name, f"{low:.3f} m", ", ".join(below.broken_claims), f"{high:.3f} m", ", ".join(above.broken_claims)
-            )
-            sweeps.append((name, points, (low, high)))
-    console.print(table)
-    if sweeps:
-        save(sweep_figure(sweeps), out, "sweep_activation_distance")
+            if not good or good != list(range(max(good[0], 1), min(good[-1] + 1, len(GRID) - 1))):
+                raise RuntimeError(f"{name}: the claims hold at {GRID[good]}, which is not one range inside the sweep")
+            starts, beyond = [GRID[good[0]], GRID[good[-1]]], [GRID[good[0] - 1], GRID[good[-1] + 1]]
+            (low, below), (high, above) = pool.map(end_of, [ROBOTS[name]] * 2, starts, beyond)
+            sweeps.append(Sweep(name, points, low, below.broken_claims, high, above.broken_claims))
+    return sweeps
 
 
 def point_of(radius: float, epsilon: float) -> SweepPoint:
