@@ -37,7 +37,9 @@ def build_urdf(**xacro_args: SupportsFloat) -> str:
     path = resource("robots", "humanoid_rail.urdf.xacro")
     known = xacro_arguments(path)
     values = {name: _number(name, value, known) for name, value in xacro_args.items()}
-    document = xacro.process_file(str(path), mappings={name: repr(value) for name, value in values.items()})
+    # Not process_file, which writes the path of this installation into the URDF.
+    document = xacro.parse(None, str(path))
+    xacro.process_doc(document, mappings={name: repr(value) for name, value in values.items()})
     urdf: str = document.toprettyxml(indent="  ")
     _check_limits(urdf)
     return urdf
