@@ -3,6 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
+.DELETE_ON_ERROR:
 .PHONY: plan test lint generate figures picture clean
 
 plan: $(VENV)/plan-installed

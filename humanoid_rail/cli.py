@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
+from contextlib import AbstractContextManager, nullcontext
 
 import click
 from rich.console import Console
@@ -31,8 +32,14 @@ def run(command: click.Command, arguments: Sequence[str] | None = None) -> None:
         click.echo(f"error: {' '.join(message.split())}", err=True)
         code = BAD_INPUT
     except (click.Abort, KeyboardInterrupt):
+        click.echo("interrupted", err=True)
         code = 130
     sys.exit(code if isinstance(code, int) else 0)
+
+
+def progress(what: str) -> AbstractContextManager[object]:
+    """Show that something is going on, on stderr if that is a terminal."""
+    return Console(stderr=True).status(f"{what} ...") if sys.stderr.isatty() else nullcontext()
 
 
 def has_display() -> bool:

@@ -14,6 +14,8 @@ Pieces = tuple[Array, ...]
 
 # Largest concavity that CoACD leaves in a piece, relative to the size of the mesh.
 CONCAVITY = 0.05
+# What is thinner than this, in m, has no inside to speak of.
+THINNEST = 1e-5
 
 
 def convex_pieces(file: str, scale: tuple[float, float, float]) -> Pieces:
@@ -50,8 +52,21 @@ def _decompose(file: str, scale: tuple[float, float, float], _modified: int) -> 
         raise ValueError("a mesh with finite vertices")
     if not mesh.is_watertight:
         raise ValueError("a closed (watertight) mesh: an open one has no inside")
-    if mesh.is_convex:
-        return (frozen(mesh.convex_hull.vertices),)
-    coacd.set_log_level("error")
-    parts = coacd.run_coacd(coacd.Mesh(mesh.vertices, mesh.faces), threshold=CONCAVITY, seed=0)
-    return tuple(frozen(vertices) for vertices, _ in parts)
+    if _thickness(mesh.vertices) < THINNEST:
+        raise ValueError(f"a mesh at least {THINNEST:g} m thick in every direction")
+    try:
+        if mesh.is_convex:
+            return (frozen(mesh.convex_hull.vertices),)
+        coacd.set_log_level("error")
+        parts = coacd.run_coacd(coacd.Mesh(mesh.vertices, mesh.faces), threshold=CONCAVITY, seed=0)
+    except Exception as error:
+        raise ValueError(f"a mesh that can be cut into convex pieces ({error})") from error
+    # Where cuts run along faces, flakes without volume can be left over.
+    return tuple(frozen(vertices) for vertices, _ in parts if _thickness(vertices) >= THINNEST)
+
+
+def _thickness(vertices: Array) -> float:
+    """Return the smallest extent of points along their principal axes, m."""
+    centred = vertices - vertices.mean(axis=0)
+    axes = np.linalg.svd(centred, full_matrices=False)[2]
+    return float(np.ptp(centred @ axes.T, axis=0).min())

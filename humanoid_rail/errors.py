@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import reprlib
+from numbers import Real
 from typing import Any
 
 
@@ -43,19 +44,22 @@ class Missing:
 MISSING = Missing()
 
 
-def checked_number(field: str, value: Any, *, above: float = -math.inf, least: float = -math.inf) -> float:
-    """Return a finite number greater than `above` and not less than `least`.
+def checked_number(
+    field: str, value: Any, *, above: float = -math.inf, least: float = -math.inf, most: float = math.inf
+) -> float:
+    """Return a finite number greater than `above`, not less than `least` and not more than `most`.
 
     Raises:
         InvalidInput: If the value is not one.
     """
     try:
-        number = float(value)
-    except (TypeError, ValueError, OverflowError):
+        number = float(value) if isinstance(value, Real) and not isinstance(value, bool) else math.nan
+    except OverflowError:
         number = math.nan
-    if not math.isfinite(number) or number <= above or number < least:
+    if not math.isfinite(number) or number <= above or number < least or number > most:
         bounds = [f"greater than {above:g}"] * (above > -math.inf) + [f"not less than {least:g}"] * (least > -math.inf)
-        raise InvalidInput(field, value, " ".join(["a finite number", *bounds]))
+        bounds += [f"not more than {most:g}"] * (most < math.inf)
+        raise InvalidInput(field, value, ", ".join(["a finite number", *bounds]))
     return number
 
 

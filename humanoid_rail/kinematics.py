@@ -180,9 +180,9 @@ def manipulability(arms: list[Array]) -> float:
     J_arms is block diagonal, so its singular values are those of its blocks, and mu is their product.
 
     Args:
-        arms: The blocks of J_arms, (3, k) each.
+        arms: The blocks of J_arms, (3, k) each with k not less than 3.
     """
-    return float(np.prod([np.linalg.svd(J, compute_uv=False) for J in arms]))
+    return float(np.prod(np.concatenate([np.linalg.svd(J, compute_uv=False) for J in arms])))
 
 
 def manipulability_gradient(arms: list[Array], derivatives: list[Array]) -> Array:

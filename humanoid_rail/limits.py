@@ -28,29 +28,41 @@ class Violation:
     """When, in s."""
 
 
-def limit_violations(robot: Robot, t: Array, q: Array) -> tuple[Violation, ...]:
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Where and how fast a motion is at some times."""
+
+    t: Array
+    """Times (N,), s."""
+    q: Array
+    """Configurations (N, n), m and rad."""
+    velocity: Array
+    """(N, n), m/s and rad/s."""
+
+
+def sampled(t: Array, q: Array) -> Motion:
+    """Return a motion that is linear between its samples, with the velocity of the interval that begins at each."""
+    velocity = np.diff(q, axis=0) / np.diff(t)[:, None]
+    return Motion(t, q, np.vstack([velocity, np.zeros((1, q.shape[1]))]))
+
+
+def limit_violations(robot: Robot, *motions: Motion) -> tuple[Violation, ...]:
     """Return for each joint the worst excess over its position limits and over its velocity limit.
 
-    A sampled motion is linear between its samples, so its velocities are the difference quotients. Accelerations are
-    not judged: a piecewise linear motion has none.
-
-    Args:
-        robot: The robot whose limits count.
-        t: Times (N,), s.
-        q: Configurations (N, n), m and rad.
+    Accelerations are not judged: a motion that is linear between its samples has none.
     """
-    velocity = np.diff(q, axis=0) / np.diff(t)[:, None]
+    t = np.concatenate([motion.t for motion in motions])
+    q = np.vstack([motion.q for motion in motions])
+    velocity = np.vstack([motion.velocity for motion in motions])
     found = []
     for j, joint in enumerate(robot.joint_names):
-        found.append(_worst(joint, "position", t, q[:, j], robot.lower[j], robot.upper[j]))
         limit = robot.velocity_limit[j]
+        found.append(_worst(joint, "position", t, q[:, j], robot.lower[j], robot.upper[j]))
         found.append(_worst(joint, "velocity", t, velocity[:, j], -limit, limit))
     return tuple(violation for violation in found if violation)
 
 
 def _worst(joint: str, quantity: str, t: Array, values: Array, lower: float, upper: float) -> Violation | None:
-    if values.size == 0:
-        return None
     excess = np.maximum(values - upper, lower - values)
     i = int(excess.argmax())
     if excess[i] <= ROUNDING:

@@ -9,7 +9,6 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import (
     AfterValidator,
-    BaseModel,
     BeforeValidator,
     ConfigDict,
     Field,
@@ -20,7 +19,9 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
+from humanoid_rail.arrays import frozen
 from humanoid_rail.convex import Pieces, convex_pieces
+from humanoid_rail.validation import Frozen
 
 # Beyond this, in m, double precision no longer resolves the distances that matter to a robot.
 FARTHEST = 1e4
@@ -63,14 +64,6 @@ def _not_zero(normal: tuple[float, float, float]) -> tuple[float, float, float]:
     if sqrt(sum(x * x for x in normal)) < 1e-6:
         raise ValueError("a vector longer than 1e-6")
     return normal
-
-
-class Frozen(BaseModel):
-    """Immutable; no unknown keys, no conversion between types, no NaN or infinity."""
-
-    model_config = ConfigDict(
-        frozen=True, extra="forbid", strict=True, allow_inf_nan=False, use_attribute_docstrings=True
-    )
 
 
 class _Obstacle(Frozen):
@@ -136,31 +129,36 @@ class Mesh(_Obstacle):
     scale: Annotated[Positive | Size, BeforeValidator(_factors)] = 1.0
     """One factor, or one for each axis of the mesh."""
 
-    _pieces: Pieces = PrivateAttr(default=())
+    # Plain numbers, so that scenes can be compared.
+    _pieces: tuple[tuple[tuple[float, ...], ...], ...] = PrivateAttr(default=())
 
     @field_validator("file")
     @classmethod
     def _resolve(cls, file: str, info: ValidationInfo) -> str:
         folder = (info.context or {}).get("folder", Path.cwd())
         path = Path(folder) / file
-        if "\0" in file or not path.is_file():
-            raise ValueError(f"an existing mesh file, relative to {folder}")
+        try:
+            exists = path.is_file()
+        except (OSError, ValueError):  # a name too long, a folder that may not be looked into, a NUL
+            exists = False
+        if not exists:
+            raise ValueError(f"an existing mesh file, relative to {Path(folder).resolve()}")
         return str(path)
 
     @model_validator(mode="after")
     def _decompose(self) -> Self:
         scale = self.scale if isinstance(self.scale, tuple) else (self.scale, self.scale, self.scale)
         try:
-            self._pieces = convex_pieces(self.file, scale)
+            pieces = convex_pieces(self.file, scale)
         except ValueError as error:
             raise PydanticCustomError("mesh_file", "{valid}", {"valid": str(error), "file": self.file}) from error
+        self._pieces = tuple(tuple(map(tuple, piece.tolist())) for piece in pieces)
         return self
 
     @property
     def pieces(self) -> Pieces:
         """Vertices (k, 3) of the convex pieces, scaled, in the mesh's own frame, m."""
-        return self._pieces
+        return tuple(frozen(piece) for piece in self._pieces)
 
 
-TYPES = ("sphere", "box", "capsule", "halfspace", "mesh")
 Obstacle = Annotated[Sphere | Box | Capsule | HalfSpace | Mesh, Field(discriminator="type")]

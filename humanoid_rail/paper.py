@@ -23,7 +23,15 @@ CASES: Mapping[int, Mapping[str, float]] = {
 }
 """The gains of the three cases; K = I in all of them."""
 
-SETTINGS: Mapping[str, float] = {"gain": 1.0, "epsilon": 1.0, "tolerance": 0.01}
+SETTINGS: Mapping[str, float] = {
+    "gain": 1.0,
+    "epsilon": 1.0,
+    "tolerance": 0.01,
+    "dt": 0.01,
+    "max_time": 60.0,
+    "rtol": 1e-6,
+    "atol": 1e-6,
+}
 """What the cases share. The paper does not give epsilon, the activation distance in m; see docs/method.md."""
 
 START = {"left": (0.12, -2.23, 3.05), "right": (0.12, 2.23, 3.05)}

@@ -21,6 +21,9 @@ SINGULAR_VALUE = 0.1
 MAX_DAMPING = SINGULAR_VALUE / 2**0.5
 """Damping at a singularity; it bounds the norm of J# by 1 / SINGULAR_VALUE."""
 
+LARGEST = 1e4
+"""The largest gain or activation distance: beyond it nothing but rounding is left of a motion."""
+
 
 @dataclass(frozen=True)
 class Gains:
@@ -31,7 +34,7 @@ class Gains:
     """
 
     gain: float | Sequence[float] | Array = 1.0
-    """K in 1/s: its diagonal, one number for each coordinate of the hands, or one for all."""
+    """K in 1/s: its diagonal, one number for each coordinate of the hands, or one for all. Kept as a tuple."""
     c_mu: float = 1.0
     """Gain of the manipulability's gradient, 0 or more."""
     c_kappa: float = 1.0
@@ -43,10 +46,10 @@ class Gains:
         gains = np.ravel(np.asarray(self.gain, dtype=object))
         if not gains.size:
             raise InvalidInput("gain", self.gain, "a number greater than 0, or one for each coordinate of the hands")
-        for gain in gains:
-            checked_number("gain", gain, above=0.0)
+        diagonal = tuple(checked_number("gain", gain, above=0.0, most=LARGEST) for gain in gains)
+        object.__setattr__(self, "gain", diagonal)
         for name in ("c_mu", "c_kappa", "epsilon"):
-            checked_number(name, getattr(self, name), least=0.0)
+            object.__setattr__(self, name, checked_number(name, getattr(self, name), least=0.0, most=LARGEST))
 
     def diagonal(self, size: int) -> Array:
         """Return the diagonal of K (size,).

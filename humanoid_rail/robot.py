@@ -8,6 +8,7 @@ from itertools import combinations
 from typing import SupportsFloat
 from xml.etree import ElementTree
 
+import coal
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
@@ -37,7 +38,7 @@ class Hand:
     """Actuated joints of its arm: the columns of its block in J_arms of eq. 3.4."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Robot:
     """A robot whose joints follow its actuated ones linearly: q_full = S q + s0.
 
@@ -71,6 +72,9 @@ class Robot:
     """Configuration (n,) where motions start unless a scene says otherwise."""
     self_collision_pairs: tuple[tuple[int, int], ...]
     """Pairs of collision bodies that may collide, by index in collision_model."""
+
+    def __repr__(self) -> str:
+        return f"Robot({self.name!r}, {self.n} actuated joints, {self.collision_model.ngeoms} collision bodies)"
 
     @property
     def n(self) -> int:
@@ -126,27 +130,29 @@ def robot_from_urdf(urdf: str, srdf: str | None, hands: Sequence[Hand], initial:
 
     Raises:
         InvalidInput: If the text is no URDF, a joint has no Euclidean configuration (continuous, floating), a hand
-            names a frame or a joint that the URDF does not have, or `initial` has the wrong size.
+            names a frame or a joint that the URDF does not have, arms overlap or have fewer than three joints, there
+            are no collision bodies or one is a mesh, the SRDF is none, or `initial` has the wrong size.
     """
     try:
         model = pin.buildModelFromXML(urdf)
     except ValueError as error:
         raise InvalidInput("urdf", urdf, f"a URDF that Pinocchio reads ({error})") from error
-    joints = {joint.attrib["name"]: joint for joint in ElementTree.fromstring(urdf).iter("joint")}
+    # Not iter("joint"): a <transmission> has elements of that name too.
+    joints = {joint.attrib["name"]: joint for joint in ElementTree.fromstring(urdf).findall("joint")}
     for name, joint in zip(list(model.names)[1:], list(model.joints)[1:], strict=True):
         if (joint.nq, joint.nv) != (1, 1):
             raise InvalidInput(f"joint {name}", joint.shortname(), "revolute with limits, or prismatic")
     mimics = {name: mimic for name in list(model.names)[1:] if (mimic := joints[name].find("mimic")) is not None}
     joint_names = tuple(name for name in list(model.names)[1:] if name not in mimics)
     coupling, offset = _linear_coupling(model, joint_names, mimics)
-    collision_model = pin.buildGeomFromUrdfString(model, urdf, pin.GeometryType.COLLISION)
+    collision_model = _collision_model(model, urdf)
     _check_hands(model, joint_names, hands)
 
     actuated = [model.joints[model.getJointId(name)].idx_q for name in joint_names]
     lower, upper = model.lowerPositionLimit[actuated], model.upperPositionLimit[actuated]
     start = (lower + upper) / 2 if initial is None else np.array(initial, float)
-    if start.shape != (len(joint_names),):
-        raise InvalidInput("initial", start.shape, f"one number for each of the {len(joint_names)} actuated joints")
+    if start.shape != (len(joint_names),) or not np.isfinite(start).all():
+        raise InvalidInput("initial", initial, f"a finite number for each of the {len(joint_names)} actuated joints")
     accelerations = [joints[name].find("limit") for name in joint_names]
     return Robot(
         name=model.name,
@@ -188,14 +194,30 @@ def _linear_coupling(
     return coupling, offset
 
 
+def _collision_model(model: pin.Model, urdf: str) -> pin.GeometryModel:
+    try:
+        collision_model = pin.buildGeomFromUrdfString(model, urdf, pin.GeometryType.COLLISION)
+    except ValueError as error:
+        raise InvalidInput("urdf", urdf, f"collision bodies that Pinocchio can load ({error})") from error
+    if not collision_model.ngeoms:
+        raise InvalidInput("urdf", MISSING, "at least one link with a collision body")
+    for body in collision_model.geometryObjects:
+        # coal sees only the surface of a mesh: a point wholly within one would count as free.
+        if not isinstance(body.geometry, coal.ShapeBase):
+            kind = type(body.geometry).__name__
+            raise InvalidInput(f"collision body {body.name}", kind, "a primitive shape, no mesh")
+    return collision_model
+
+
 def _self_collision_pairs(
     model: pin.Model, collision_model: pin.GeometryModel, srdf: str | None
 ) -> tuple[tuple[int, int], ...]:
     """Return all pairs of collision bodies of different links but those an SRDF disables."""
-    disabled = {
-        frozenset((pair.attrib["link1"], pair.attrib["link2"]))
-        for pair in (ElementTree.fromstring(srdf).iter("disable_collisions") if srdf else ())
-    }
+    try:
+        pairs = ElementTree.fromstring(srdf).findall("disable_collisions") if srdf else []
+        disabled = {frozenset((pair.attrib["link1"], pair.attrib["link2"])) for pair in pairs}
+    except (ElementTree.ParseError, KeyError) as error:
+        raise InvalidInput("srdf", srdf, f"SRDF whose disable_collisions have link1 and link2 ({error})") from error
     for link in frozenset().union(*disabled):
         if not model.existFrame(link):
             raise InvalidInput("srdf.disable_collisions", link, "a link of the URDF")
@@ -208,9 +230,17 @@ def _self_collision_pairs(
 def _check_hands(model: pin.Model, joint_names: Sequence[str], hands: Sequence[Hand]) -> None:
     if not hands:
         raise InvalidInput("hands", MISSING, "at least one hand")
+    arms = [joint for hand in hands for joint in hand.arm]
+    names = [hand.name for hand in hands]
+    if len(set(names)) < len(names):
+        raise InvalidInput("hands", names, "hands whose names differ")
     for hand in hands:
         if not model.existFrame(hand.frame):
             raise InvalidInput(f"hands.{hand.name}.frame", hand.frame, "a frame of the URDF")
+        if len(hand.arm) < 3:
+            raise InvalidInput(f"hands.{hand.name}.arm", hand.arm, "three joints or more: with fewer, eq. 3.4 is 0")
         for joint in hand.arm:
             if joint not in joint_names:
                 raise InvalidInput(f"hands.{hand.name}.arm", joint, f"actuated joints: {', '.join(joint_names)}")
+            if arms.count(joint) > 1:
+                raise InvalidInput(f"hands.{hand.name}.arm", joint, "each joint in one arm, once")

@@ -7,21 +7,20 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, ValidationError
-from pydantic_core import ErrorDetails
 from ruamel.yaml import YAML
-from ruamel.yaml.error import YAMLError
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from humanoid_rail.errors import MISSING, InvalidInput
-from humanoid_rail.obstacles import TYPES, Frozen, Number, Obstacle, Vector, plain
+from humanoid_rail.obstacles import Number, Obstacle, Vector, plain
 from humanoid_rail.robot import Robot
+from humanoid_rail.validation import Frozen, invalid_input
 
 
 class Scene(Frozen):
     """A planning problem. Metres and radians, in the base frame.
 
     Raises:
-        pydantic.ValidationError: If a field is not valid; :func:`load_scene` and :func:`make_scene` raise
-            :class:`InvalidInput` instead.
+        InvalidInput: If a field is not valid.
     """
 
     name: Annotated[str, Field(min_length=1, max_length=200)]
@@ -66,7 +65,7 @@ def make_scene(data: object, folder: str | Path | None = None, source: str | Non
     try:
         return Scene.model_validate(dict(data), context={"folder": Path(folder) if folder else Path.cwd()})
     except ValidationError as error:
-        raise _invalid_input(error.errors(include_url=False)[0], source) from None
+        raise invalid_input(error, source) from None
 
 
 def check_scene(robot: Robot, scene: Scene) -> None:
@@ -75,25 +74,22 @@ def check_scene(robot: Robot, scene: Scene) -> None:
     Raises:
         InvalidInput: If it is not.
     """
+    for hand, target in scene.targets.items():
+        if hand not in robot.hand_names:
+            valid = f"no such hand; the targets are for {_list(robot.hand_names)}"
+            raise InvalidInput(f"targets.{hand}", list(target), valid)
     for hand in robot.hand_names:
         if hand not in scene.targets:
-            raise InvalidInput(f"targets.{hand}", MISSING, f"a target [x, y, z] for each of {_list(robot.hand_names)}")
-    for hand in scene.targets:
-        if hand not in robot.hand_names:
-            raise InvalidInput(f"targets.{hand}", list(scene.targets[hand]), f"targets for {_list(robot.hand_names)}")
-    if scene.initial is None:
-        return
-    if len(scene.initial) != robot.n:
-        raise InvalidInput(
-            "initial", f"{len(scene.initial)} numbers", f"{robot.n} numbers, for {_list(robot.joint_names)}"
-        )
-    for i, value in enumerate(scene.initial):
+            valid = f"a target [x, y, z] for each of {_list(robot.hand_names)}"
+            raise InvalidInput(f"targets.{hand}", MISSING, valid)
+    initial = tuple(robot.initial.tolist()) if scene.initial is None else scene.initial
+    if len(initial) != robot.n:
+        valid = f"{robot.n} numbers, for {_list(robot.joint_names)}; there are {len(initial)}"
+        raise InvalidInput("initial", list(initial), valid)
+    for i, value in enumerate(initial):
         if not robot.lower[i] <= value <= robot.upper[i]:
-            raise InvalidInput(
-                f"initial[{i}] ({robot.joint_names[i]})",
-                value,
-                f"a position within the limits {robot.lower[i]:.6g} to {robot.upper[i]:.6g}",
-            )
+            valid = f"a position within the limits {robot.lower[i]:.6g} to {robot.upper[i]:.6g}"
+            raise InvalidInput(f"initial[{i}] ({robot.joint_names[i]})", value, valid)
 
 
 def scene_schema(robot: Robot) -> dict[str, Any]:
@@ -116,40 +112,15 @@ def _parse(text: str, source: str) -> object:
     # The pure loader is the one that reads YAML 1.2, in which 1e-3 is a number and JSON is YAML.
     try:
         return YAML(typ="safe", pure=True).load(text)
+    except MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        line = text.splitlines()[mark.line] if mark and mark.line < len(text.splitlines()) else text
+        where = f"{source}:{mark.line + 1}:{mark.column + 1}" if mark else source
+        raise InvalidInput("scene", line, f"YAML: {error.problem or error.context}", where) from None
     except RecursionError:
-        raise InvalidInput("scene", MISSING, "YAML that is not nested so deeply", source) from None
+        raise InvalidInput("scene", text, "YAML that is not nested so deeply", source) from None
     except (YAMLError, ValueError, TypeError, AttributeError, LookupError, AssertionError) as error:
-        raise InvalidInput("scene", text, f"YAML ({error})", source) from None
-
-
-def _invalid_input(error: ErrorDetails, source: str | None) -> InvalidInput:
-    """Return pydantic's error as ours: where, what was given, what would be right."""
-    field = _path(error["loc"])
-    kind, value = error["type"], error["input"]
-    context = error.get("ctx", {})
-    if kind == "missing":
-        return InvalidInput(field, MISSING, "a value: this field is required", source)
-    if kind == "extra_forbidden":
-        return InvalidInput(field, value, "no such field; see docs/scenes.md for those there are", source)
-    if kind == "union_tag_not_found":
-        return InvalidInput(f"{field}.type", MISSING, f"one of {', '.join(TYPES)}", source)
-    if kind == "union_tag_invalid":
-        return InvalidInput(f"{field}.type", context.get("tag"), f"one of {context.get('expected_tags')}", source)
-    if kind == "value_error":
-        return InvalidInput(field, value, str(context.get("error")), source)
-    if kind == "mesh_file":
-        return InvalidInput(f"{field}.file", context.get("file"), error["msg"], source)
-    return InvalidInput(field, value, error["msg"].removeprefix("Input should be ").replace("a valid ", "a "), source)
-
-
-def _path(location: tuple[int | str, ...]) -> str:
-    """Return pydantic's location as a path, without the names of types that it adds."""
-    path = ""
-    for i, part in enumerate(location):
-        is_type = (i > 0 and isinstance(location[i - 1], int) and part in TYPES) or "constrained" in str(part)
-        if not is_type:
-            path += f"[{part}]" if isinstance(part, int) else f".{part}"
-    return path.lstrip(".") or "scene"
+        raise InvalidInput("scene", text, f"YAML: {error}", source) from None
 
 
 def _list(names: tuple[str, ...]) -> str:

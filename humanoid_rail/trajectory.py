@@ -5,8 +5,8 @@ from __future__ import annotations
 import csv
 import json
 import os
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass
 from enum import StrEnum
 from io import BytesIO, StringIO
 from pathlib import Path
@@ -29,10 +29,10 @@ class Status(StrEnum):
     TIME_LIMIT = "time_limit"
     """The motion lasts longer than it was allowed to."""
     SINGULAR = "singular"
-    """The arms are stretched so that the hands cannot get nearer to their targets."""
+    """An arm is stretched so that its hand cannot get nearer to its target; the others may not have arrived."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Trajectory:
     """A planned motion, sampled. Arrays are read-only. N samples, n joints, h hands, O obstacles."""
 
@@ -57,7 +57,19 @@ class Trajectory:
     evaluations: int
     """Number of evaluations of q_dot."""
     joint_names: tuple[str, ...]
+    """Columns of q."""
     hand_names: tuple[str, ...]
+    """Rows of hands."""
+    scene: str
+    """Name of the scene."""
+    method: str
+    """How q_dot was found."""
+    settings: Mapping[str, float | Sequence[float]]
+    """The arguments of :func:`plan`: gains, tolerances and times."""
+
+    def __repr__(self) -> str:
+        said = f"{self.status}, {self.duration:.4f} s, {len(self.t)} samples"
+        return f"Trajectory({said}, collision_free={self.collision_free}, limits_ok={self.limits_ok})"
 
     @property
     def duration(self) -> float:
@@ -91,7 +103,10 @@ class Trajectory:
             "evaluations": self.evaluations,
             "min_clearance": self.min_clearance,
             "manipulability_final": float(self.manipulability[-1]),
-            "violations": [violation.__dict__ for violation in self.violations],
+            "violations": [asdict(violation) for violation in self.violations],
+            "scene": self.scene,
+            "method": self.method,
+            "settings": dict(self.settings),
             "joint_names": list(self.joint_names),
             "hand_names": list(self.hand_names),
         }
@@ -102,7 +117,7 @@ def write_trajectory(
 ) -> tuple[Path, ...]:
     """Write `trajectory.npz`, `trajectory.csv` and `summary.json` to a folder, which is made if need be.
 
-    Each file appears whole or not at all.
+    The files appear whole and together, or none of them; files of the same names are replaced.
 
     Args:
         trajectory: What to write.
@@ -121,19 +136,38 @@ def write_trajectory(
         **{name: text.encode() for name, text in extra},
         "summary.json": (json.dumps(trajectory.summary(), indent=2) + "\n").encode(),
     }
+    check_folder(folder)
     folder = Path(folder)
+    made = not folder.exists()
+    unfinished = {folder / name: folder / f".{name}.{os.getpid()}" for name in files}
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        for name, content in files.items():
-            unfinished = folder / f".{name}.{os.getpid()}"
-            try:
-                unfinished.write_bytes(content)
-                unfinished.replace(folder / name)
-            finally:
-                unfinished.unlink(missing_ok=True)
+        for path, part in unfinished.items():
+            part.write_bytes(files[path.name])
+        for path, part in unfinished.items():
+            part.replace(path)
+    except OSError as error:
+        for part in unfinished.values():
+            part.unlink(missing_ok=True)
+        if made and folder.is_dir() and not any(folder.iterdir()):
+            folder.rmdir()
+        raise InvalidInput("out", str(folder), f"a folder that can be written to ({error})") from error
+    return tuple(unfinished)
+
+
+def check_folder(folder: str | Path) -> None:
+    """Check, without making it, that a folder can be written to or made.
+
+    Raises:
+        InvalidInput: If it cannot.
+    """
+    path = Path(folder)
+    try:
+        above = next(p for p in (path, *path.resolve().parents) if p.exists())
     except OSError as error:
         raise InvalidInput("out", str(folder), f"a folder that can be written to ({error})") from error
-    return tuple(folder / name for name in files)
+    if not str(folder) or not above.is_dir() or not os.access(above, os.W_OK | os.X_OK):
+        raise InvalidInput("out", str(folder), f"a folder that can be written to; {above} is none")
 
 
 def read_trajectory(folder: str | Path) -> Trajectory:
@@ -159,6 +193,9 @@ def read_trajectory(folder: str | Path) -> Trajectory:
                 evaluations=summary["evaluations"],
                 joint_names=tuple(summary["joint_names"]),
                 hand_names=tuple(summary["hand_names"]),
+                scene=summary["scene"],
+                method=summary["method"],
+                settings=summary["settings"],
             )
     except (OSError, ValueError, KeyError, TypeError) as error:
         valid = f"a folder with trajectory.npz and summary.json ({error})"

@@ -22,8 +22,9 @@ from humanoid_rail import (
     plan_case,
     write_trajectory,
 )
-from humanoid_rail.cli import console, has_display, run
+from humanoid_rail.cli import console, has_display, progress, run
 from humanoid_rail.planner import METHODS
+from humanoid_rail.trajectory import check_folder
 from humanoid_rail.viewer import playback_html, show
 
 
@@ -50,12 +51,12 @@ def numbers(_context: click.Context, _option: click.Parameter, text: str | None)
 @click.option("--tolerance", type=float, help="Norm of the hands' error that ends the motion, m  [0.01]")
 @click.option("--max-time", type=float, help="Longest motion, s  [60]")
 @click.option("--link-radius", type=float, help="Radius of the collision capsules, m  [0.05]")
-@click.option("--out", type=click.Path(path_type=Path), help="Folder for the trajectory and its playback page.")
+@click.option("--out", help="Folder for the trajectory and its playback page.")
 @click.option("--view/--no-view", default=None, help="Play back in a browser  [if stdout is a terminal with a display]")
 def main(
     scene_file: str | None,
     case: int | None,
-    out: Path | None,
+    out: str | None,
     view: bool | None,
     link_radius: float | None,
     method: str,
@@ -66,24 +67,26 @@ def main(
     Exit code: 0 if the targets are reached, 1 if not, 2 after bad input.
     """
     if scene_file is not None and case is not None:
-        raise InvalidInput("case", case, "either a case of the paper or a scene file, not both")
+        raise InvalidInput("scene", scene_file, "no scene file beside --case, which has its own scene")
     if case is not None and method != "gradient-projection":
         raise InvalidInput("method", method, "gradient-projection with a case of the paper")
-    if out is not None and out.exists() and not out.is_dir():
-        raise InvalidInput("out", str(out), "a folder, or a name that is still free")
+    if out is not None:
+        check_folder(out)
     given = {name: value for name, value in settings.items() if value is not None}
     robot = load_robot() if link_radius is None else load_robot(link_radius=link_radius)
-    if case is not None:
-        scene, trajectory = paper_scene(), plan_case(robot, case, **given)
-    else:
-        scene = load_scene(scene_file) if scene_file is not None else paper_scene()
-        trajectory = plan(robot, scene, method, **given)
+    scene = load_scene(scene_file) if scene_file is not None else paper_scene()
+    try:
+        with progress("planning"):
+            trajectory = plan(robot, scene, method, **given) if case is None else plan_case(robot, case, **given)
+    except InvalidInput as error:
+        if error.field.split(".")[0].split("[")[0] in Scene.model_fields:
+            error.source = scene_file  # the scene is sound in itself but not one for this robot
+        raise
 
     title = f"case {case} of the paper" if case is not None else scene.name
-    if out is not None:
-        written = write_trajectory(trajectory, out, [("playback.html", playback_html(robot, scene, trajectory))])
     report(title, trajectory)
     if out is not None:
+        written = write_trajectory(trajectory, out, [("playback.html", playback_html(robot, scene, trajectory))])
         console.print(f"Written to {out}: {', '.join(path.name for path in written)}", soft_wrap=True)
     play(robot, scene, trajectory, view, out)
     return 0 if trajectory.status is Status.REACHED else 1
@@ -107,12 +110,12 @@ def report(title: str, trajectory: Trajectory) -> None:
     console.print(table)
 
 
-def play(robot: Robot, scene: Scene, trajectory: Trajectory, view: bool | None, out: Path | None) -> None:
+def play(robot: Robot, scene: Scene, trajectory: Trajectory, view: bool | None, out: str | None) -> None:
     """Open the view if asked to, or if there is somebody to look; else say how to see it."""
     if view is None:
         view = sys.stdout.isatty() and has_display()
         if not view:
-            page = f"open {out / 'playback.html'}, or " if out is not None else ""
+            page = f"open {Path(out) / 'playback.html'}, or " if out is not None else ""
             console.print(f"To see it: {page}run again with --view.", soft_wrap=True)
     if view:
         show(

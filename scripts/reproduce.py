@@ -13,10 +13,11 @@ import numpy as np
 from matplotlib.figure import Figure
 from rich.table import Table
 
-from humanoid_rail import load_robot
+from humanoid_rail import HumanoidRailError, InvalidInput, load_robot
 from humanoid_rail.cli import console, run
 from humanoid_rail.figures import clearance_figure, manipulability_figure, motion_figure, sweep_figure
 from humanoid_rail.paper import CASES, SETTINGS, SweepPoint, bisect_claims, claims, paper_scene, plan_case, sweep_point
+from humanoid_rail.trajectory import check_folder
 
 ROBOTS = {"links 5 cm thick": 0.05, "links without thickness": 0.0}
 GRID = np.round(np.arange(0.1, 3.01, 0.1), 3)
@@ -25,14 +26,14 @@ RANGE_COLUMNS = ("robot", "from", "breaks below", "to", "breaks above")
 
 
 @click.command()
-@click.option(
-    "--out", type=click.Path(file_okay=False, path_type=Path), default="out/paper", help="Folder for the figures."
-)
+@click.option("--out", "folder", default="out/paper", show_default=True, help="Folder for the figures.")
 @click.option("--sweep/--no-sweep", default=True, help="Sweep the activation distance (half a minute).")
 @click.option("--readme", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Markdown file to update.")
-def main(out: Path, sweep: bool, readme: Path | None) -> None:
+def main(folder: str, sweep: bool, readme: Path | None) -> None:
     """Reproduce section 5 of the paper: figures 2 to 10, its claims, the range of the activation distance."""
     robot, scene = load_robot(), paper_scene()
+    check_folder(folder)
+    out = Path(folder)
     out.mkdir(parents=True, exist_ok=True)
     cases = {i: plan_case(robot, i) for i in CASES}
     for i, trajectory in cases.items():
@@ -64,8 +65,10 @@ def report(name: str, title: str, columns: Sequence[str], rows: Sequence[Sequenc
         lines = [columns, ["---"] * len(columns), *rows]
         markdown = "\n".join(f"| {' | '.join(line)} |" for line in lines)
         begin, end = f"<!-- {name} -->", f"<!-- /{name} -->"
-        before, _, rest = readme.read_text(encoding="utf-8").partition(begin)
-        _, _, after = rest.partition(end)
+        before, begun, rest = readme.read_text(encoding="utf-8").partition(begin)
+        _, ended, after = rest.partition(end)
+        if not (begun and ended):
+            raise InvalidInput("readme", str(readme), f"a file with the marks {begin} and {end}")
         readme.write_text(f"{before}{begin}\n{markdown}\n{end}{after}", encoding="utf-8")
 
 
@@ -84,7 +87,7 @@ def find_ranges() -> list[Sweep]:
     """Find for each robot the activation distances at which all claims hold at once.
 
     Raises:
-        RuntimeError: If they are not one range inside the sweep.
+        HumanoidRailError: If they are not one range inside the sweep.
     """
     sweeps = []
     with ProcessPoolExecutor(2) as pool:
@@ -93,7 +96,7 @@ def find_ranges() -> list[Sweep]:
             points = list(results)
             good = [i for i, point in enumerate(points) if not point.broken_claims]
             if not good or good != list(range(max(good[0], 1), min(good[-1] + 1, len(GRID) - 1))):
-                raise RuntimeError(f"{name}: the claims hold at {GRID[good]}, which is not one range inside the sweep")
+                raise HumanoidRailError(f"{name}: the claims hold at {GRID[good]}, not one range inside the sweep")
             starts, beyond = [GRID[good[0]], GRID[good[-1]]], [GRID[good[0] - 1], GRID[good[-1] + 1]]
             (low, below), (high, above) = pool.map(end_of, [ROBOTS[name]] * 2, starts, beyond)
             sweeps.append(Sweep(name, points, low, below.broken_claims, high, above.broken_claims))

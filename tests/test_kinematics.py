@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import coal
 import numpy as np
 import pinocchio as pin
 import pytest
+import trimesh
 from conftest import assert_gradient, central_difference, random_q
+from scipy.spatial import cKDTree
+from trimesh.transformations import translation_matrix as translation
 
 from humanoid_rail import Box, Capsule, HalfSpace, Kinematics, Mesh, Robot, Sphere, dh, load_robot
 from humanoid_rail.kinematics import manipulability_gradient
@@ -144,6 +149,61 @@ def test_clearance_of_spheres_and_half_spaces_is_the_analytic_one(radius: float,
             heights = np.array([a, b]) @ normal / np.linalg.norm(normal) - 2.6 / np.linalg.norm(normal)
             expected = [segment_distance(a, b, center) - 0.4 - radius, heights.min() - radius]
             np.testing.assert_allclose(psi, expected, atol=1e-9)
+
+
+def rotation(rpy: np.ndarray) -> np.ndarray:
+    """Return Rz(yaw) Ry(pitch) Rx(roll), URDF's convention, by hand."""
+    (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
+    Rx = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
+    Ry = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
+    Rz = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
+    return Rz @ Ry @ Rx
+
+
+def distance_between(link: np.ndarray, inside: np.ndarray) -> float:
+    """Return the distance of a segment from a point set, sampled densely enough to be right to 1e-3 m."""
+    along = link[0] + np.linspace(0, 1, 400)[:, None] * (link[1] - link[0])
+    return float(cKDTree(inside).query(along)[0].min())
+
+
+def test_capsules_and_boxes_are_where_rpy_and_size_put_them(robot: Robot, rng: np.random.Generator) -> None:
+    """All three angles, the length between the end spheres, the full edge lengths; against points of the solids."""
+    for _ in range(8):
+        rpy, center = rng.uniform(-3, 3, 3), rng.uniform([-1.5, 0, 1.5], [1.5, 4, 4], 3)
+        capsule = Capsule(center=center, radius=0.15, length=0.8, rpy=rpy)
+        box = Box(center=center, size=[0.3, 0.6, 1.0], rpy=rpy)
+        axis = center + np.linspace(-0.4, 0.4, 800)[:, None] * rotation(rpy)[:, 2]
+        grid = np.stack(np.meshgrid(*(np.linspace(-s / 2, s / 2, 60) for s in box.size)), axis=-1).reshape(-1, 3)
+        solid = center + grid @ rotation(rpy).T
+        q = random_q(robot, rng)
+        psi = Kinematics(robot, (capsule, box)).measure(q).clearance
+        for (to_capsule, to_box), bone in zip(psi, dh.bones(q).values(), strict=True):
+            assert to_capsule == pytest.approx(distance_between(bone, axis) - 0.15 - 0.05, abs=2e-3)
+            if to_box > 0.05:
+                assert to_box == pytest.approx(distance_between(bone, solid) - 0.05, abs=2e-2)
+
+
+def test_a_mesh_of_several_pieces_is_as_near_as_its_nearest(robot: Robot, tmp_path: Path) -> None:
+    """An L of two boxes, against the two boxes, from everywhere."""
+    upright = trimesh.creation.box((0.2, 0.4, 1.0), transform=translation([0.0, 0.0, 0.5]))
+    foot = trimesh.creation.box((0.8, 0.4, 0.2), transform=translation([0.3, 0.0, 0.1]))
+    ell = trimesh.boolean.union([upright, foot], engine="manifold")
+    ell.export(tmp_path / "ell.ply")
+    rng = np.random.default_rng(5)
+    for center in ([-1.0, 1.0, 2.5], [-0.8, 2.5, 3.0], [1.2, 1.0, 2.8]):
+        mesh = Mesh(file=str(tmp_path / "ell.ply"), center=center)
+        assert len(mesh.pieces) >= 2
+        boxes = (
+            Box(center=np.add(center, [0.0, 0.0, 0.5]), size=(0.2, 0.4, 1.0)),
+            Box(center=np.add(center, [0.3, 0.0, 0.1]), size=(0.8, 0.4, 0.2)),
+        )
+        kinematics = Kinematics(robot, (mesh, *boxes))
+        for _ in range(10):
+            psi = kinematics.measure(random_q(robot, rng)).clearance
+            expected = psi[:, 1:].min(axis=1)
+            apart = expected > 0.0
+            np.testing.assert_allclose(psi[apart, 0], expected[apart], atol=2e-3)
+            assert (psi[expected < -2e-3, 0] < 0).all()
 
 
 def test_a_mesh_has_an_inside(robot: Robot, cube_file: str) -> None:

@@ -15,6 +15,8 @@ from test_scene import VALID
 
 from humanoid_rail import InvalidInput, Robot, load_scene, plan
 
+CUBE = Path(__file__).parent / "cube.obj"
+
 # Values that no field of a scene takes.
 JUNK = st.one_of(
     st.none(),
@@ -38,6 +40,7 @@ def paths(node: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
 def malformed(draw: st.DrawFn) -> str:
     """Return the text of a scene file with something wrong in it."""
     data = copy.deepcopy(VALID)
+    data["obstacles"].append({"type": "mesh", "file": str(CUBE), "center": [5, 0, 1], "scale": [1, 2, 3]})
     how = draw(st.sampled_from(["replace", "rename", "add", "remove", "cut", "garble"]))
     text = json.dumps(data)
     if how == "cut":

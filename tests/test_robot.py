@@ -12,9 +12,21 @@ import coal
 import numpy as np
 import pinocchio as pin
 import pytest
-from conftest import LINKS, ROOT, random_q
+from conftest import LINKS, ROOT, assert_gradient, random_q
 
-from humanoid_rail import Hand, InvalidInput, Kinematics, Robot, build_urdf, dh, load_robot, robot_from_urdf
+from humanoid_rail import (
+    Hand,
+    InvalidInput,
+    Kinematics,
+    Robot,
+    Scene,
+    Sphere,
+    build_urdf,
+    dh,
+    load_robot,
+    plan,
+    robot_from_urdf,
+)
 from humanoid_rail.description import xacro_arguments
 
 LENGTHS = ("l_t1", "l_t2", "l_t3", "l_l1", "l_l2", "l_l3", "l_r1", "l_r2", "l_r3", "beta")
@@ -170,41 +182,67 @@ def test_arrays_are_read_only(robot: Robot) -> None:
         robot.lower[0] = 0.0
 
 
-TWO_LINKS = """<robot name="r"><link name="a"/><link name="b"/><link name="c"/><link name="d"/>
-  <joint name="one" type="{kind}"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/>{limit}</joint>
-  <joint name="two" type="revolute"><parent link="b"/><child link="c"/><origin xyz="1 0 0"/><axis xyz="0 0 1"/>{limit}
-    <mimic joint="one" multiplier="2" offset="0.5"/></joint>
-  <joint name="three" type="revolute"><parent link="c"/><child link="d"/><origin xyz="1 0 0"/><axis xyz="0 0 1"/>{limit}
-    <mimic joint="two" multiplier="-1"/></joint></robot>"""
 LIMIT = '<limit lower="-1" upper="2" velocity="1" effort="1"/>'
+ARM = f"""<robot name="r"><link name="a"/><link name="b"/><link name="c"/><link name="d"/><link name="e"/>
+  <link name="f"><collision name="x"><geometry><sphere radius="0.1"/></geometry></collision></link>
+  <joint name="one" type="revolute"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/>{LIMIT}</joint>
+  <joint name="two" type="revolute"><parent link="b"/><child link="c"/><origin xyz="1 0 0"/><axis xyz="0 1 0"/>{LIMIT}
+    <mimic joint="one" multiplier="2" offset="0.5"/></joint>
+  <joint name="three" type="revolute"><parent link="c"/><child link="d"/><origin xyz="1 0 0"/><axis xyz="0 0 1"/>{LIMIT}
+    <mimic joint="two" multiplier="-1"/></joint>
+  <joint name="four" type="revolute"><parent link="d"/><child link="e"/><origin xyz="1 0 0"/><axis xyz="1 0 0"/>
+    {LIMIT}</joint>
+  <joint name="five" type="prismatic"><parent link="e"/><child link="f"/><origin xyz="1 0 0"/><axis xyz="0 1 0"/>
+    {LIMIT}</joint>
+  <transmission name="t"><joint name="two"/></transmission></robot>"""
+TIP = [Hand("tip", "f", ("one", "four", "five"))]
 
 
-def test_any_robot_with_a_linear_coupling() -> None:
-    robot = robot_from_urdf(TWO_LINKS.format(kind="revolute", limit=LIMIT), None, [Hand("tip", "d", ("one",))])
-    assert robot.joint_names == ("one",)
-    np.testing.assert_array_equal(robot.full_configuration([0.3]), [0.3, 1.1, -1.1])
-    np.testing.assert_array_equal(robot.initial, [0.5])
+def test_any_robot_with_a_linear_coupling(rng: np.random.Generator) -> None:
+    robot = robot_from_urdf(ARM, None, TIP)
+    assert robot.joint_names == ("one", "four", "five")
+    np.testing.assert_allclose(robot.full_configuration([0.3, 1.0, 2.0]), [0.3, 1.1, -1.1, 1.0, 2.0])
+    np.testing.assert_array_equal(robot.initial, 3 * [0.5])
     assert np.isinf(robot.acceleration_limit).all()
+    kinematics = Kinematics(robot, (Sphere(center=(1, 1, 1), radius=0.2),))
+    for _ in range(10):
+        q = rng.uniform(robot.lower, robot.upper)
+        state = kinematics.state(q)
+        assert_gradient(lambda q: kinematics.hand_positions(q).ravel(), state.jacobian, q)
+        assert_gradient(lambda q: kinematics.measure(q).manipulability, state.manipulability_gradient, q)
+        assert_gradient(lambda q: kinematics.measure(q).clearance, state.clearance_gradient, q)
+    target = kinematics.hand_positions([0.6, 0.6, 0.7])[0]
+    assert plan(robot, Scene(name="one hand", targets={"tip": target}), c_mu=0.0).status == "reached"
 
 
-def test_what_a_robot_cannot_have() -> None:
-    hand = [Hand("tip", "d", ("one",))]
-    good = TWO_LINKS.format(kind="revolute", limit=LIMIT)
-    with pytest.raises(InvalidInput, match="joint one"):
-        robot_from_urdf(good.replace('"revolute"', '"continuous"', 1), None, hand)
-    with pytest.raises(InvalidInput, match="urdf"):
-        robot_from_urdf(TWO_LINKS.format(kind="revolute", limit=""), None, hand)
-    with pytest.raises(InvalidInput, match=r"hands\.tip\.frame"):
-        robot_from_urdf(good, None, [Hand("tip", "nowhere", ("one",))])
-    with pytest.raises(InvalidInput, match=r"hands\.tip\.arm"):
-        robot_from_urdf(good, None, [Hand("tip", "d", ("two",))])
-    with pytest.raises(InvalidInput, match="initial"):
-        robot_from_urdf(good, None, hand, initial=[0.0, 0.0])
-    with pytest.raises(InvalidInput, match="hands"):
-        robot_from_urdf(good, None, [])
-    srdf = '<robot name="r"><disable_collisions link1="a" link2="z"/></robot>'
-    with pytest.raises(InvalidInput, match="srdf"):
-        robot_from_urdf(good, srdf, hand)
+@pytest.mark.parametrize(
+    ("urdf", "srdf", "hands", "initial", "field"),
+    [
+        ("<robot", None, TIP, None, "urdf"),
+        (ARM.replace(LIMIT, ""), None, TIP, None, "urdf"),
+        (ARM.replace('"revolute"', '"continuous"', 1), None, TIP, None, "joint one"),
+        (ARM.replace("collision", "visual"), None, TIP, None, "urdf"),
+        (ARM.replace('<sphere radius="0.1"/>', '<mesh filename="package://x/y.stl"/>'), None, TIP, None, "urdf"),
+        (ARM.replace('<sphere radius="0.1"/>', '<mesh filename="CUBE"/>'), None, TIP, None, "collision body f_0"),
+        (ARM, None, [], None, "hands"),
+        (ARM, None, TIP * 2, None, "hands"),
+        (ARM, None, [Hand("tip", "nowhere", TIP[0].arm)], None, "hands.tip.frame"),
+        (ARM, None, [Hand("tip", "f", ("one", "two", "four"))], None, "hands.tip.arm"),
+        (ARM, None, [Hand("tip", "f", ("one", "four"))], None, "hands.tip.arm"),
+        (ARM, None, [Hand("tip", "f", ("one", "one", "four"))], None, "hands.tip.arm"),
+        (ARM, None, TIP, [0.0, 0.0], "initial"),
+        (ARM, None, TIP, [0.0, 0.0, np.nan], "initial"),
+        (ARM, "no xml", TIP, None, "srdf"),
+        (ARM, '<robot><disable_collisions link1="a"/></robot>', TIP, None, "srdf"),
+        (ARM, '<robot><disable_collisions link1="a" link2="z"/></robot>', TIP, None, "srdf.disable_collisions"),
+    ],
+)
+def test_what_a_robot_cannot_have(
+    urdf: str, srdf: str | None, hands: list[Hand], initial: list[float] | None, field: str, cube_file: str
+) -> None:
+    with pytest.raises(InvalidInput) as caught:
+        robot_from_urdf(urdf.replace("CUBE", cube_file), srdf, hands, initial)
+    assert caught.value.field == field
 
 
 def test_the_model_pickles_and_copies(robot: Robot, rng: np.random.Generator) -> None:
@@ -215,6 +253,14 @@ def test_the_model_pickles_and_copies(robot: Robot, rng: np.random.Generator) ->
         pin.framesForwardKinematics(other, data, q)
         pin.framesForwardKinematics(robot.model, expected, q)
         assert data.oMf[robot.model.getFrameId("left_hand")] == expected.oMf[robot.model.getFrameId("left_hand")]
+
+
+def test_robots_pickle(robot: Robot, scene: Scene) -> None:
+    again = pickle.loads(pickle.dumps(robot))
+    trajectory, expected = plan(again, scene, dt=0.5), plan(robot, scene, dt=0.5)
+    np.testing.assert_array_equal(trajectory.q, expected.q)
+    np.testing.assert_array_equal(trajectory.clearance, expected.clearance)
+    assert pickle.loads(pickle.dumps(trajectory)).summary() == trajectory.summary()
 
 
 def test_files_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

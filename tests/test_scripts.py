@@ -74,7 +74,7 @@ def test_targets_that_are_not_reached_exit_1_and_are_written(tmp_path: Path) -> 
         (["none.yaml"], "none.yaml"),
         (["--case", "4"], "case"),
         (["--case", "one"], "--case"),
-        (["--case", "1", "scene.yaml"], "case"),
+        (["--case", "1", "scene.yaml"], "scene"),
         (["--method", "magic"], "method"),
         (["--case", "1", "--method", "magic"], "method"),
         (["--gain", "0"], "gain"),
@@ -97,11 +97,28 @@ def test_bad_input_is_one_line_and_exit_2(arguments: list[str], names: str, tmp_
     assert not list(tmp_path.iterdir())
 
 
-def test_out_that_is_a_file(tmp_path: Path) -> None:
-    (tmp_path / "out").write_text("mine")
-    result = script("plan", "--case", "1", "--out", "out", cwd=tmp_path)
+@pytest.mark.parametrize("out", ["file", "file/below", "", "x" * 300])
+def test_out_that_cannot_be_used(out: str, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("mine")
+    for name in ("plan", "reproduce"):
+        result = script(name, "--out", out, cwd=tmp_path)
+        assert (result.returncode, result.stderr.count("\n"), result.stdout) == (2, 1, ""), result.stderr
+        assert result.stderr.startswith("error: out is ")
+    assert (tmp_path / "file").read_text() == "mine"
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
+def test_what_is_wrong_between_scene_and_robot_names_the_file(tmp_path: Path) -> None:
+    (tmp_path / "scene.yaml").write_text("name: x\ntargets: {left: [0, 0, 3]}\n")
+    result = script("plan", "scene.yaml", cwd=tmp_path)
+    assert result.stderr.startswith("error: scene.yaml: targets.right is missing"), result.stderr
+
+
+def test_reproduce_does_not_touch_a_file_without_its_marks(tmp_path: Path) -> None:
+    (tmp_path / "notes.md").write_text("<!-- claims --> and more")
+    result = script("reproduce", "--no-sweep", "--readme", "notes.md", cwd=tmp_path)
     assert (result.returncode, result.stderr.count("\n")) == (2, 1)
-    assert (tmp_path / "out").read_text() == "mine"
+    assert (tmp_path / "notes.md").read_text() == "<!-- claims --> and more"
 
 
 @pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])

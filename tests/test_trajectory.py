@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import csv
 import json
-from dataclasses import fields
+from dataclasses import fields, replace
+from functools import partialmethod
 from pathlib import Path
 
 import numpy as np
@@ -71,6 +72,10 @@ def test_summary(trajectory: Trajectory, tmp_path: Path) -> None:
     assert summary["evaluations"] > 100
     assert summary["min_clearance"] == trajectory.clearance.min()
     assert summary["manipulability_final"] == trajectory.manipulability[-1]
+    assert summary["scene"] == "paper"
+    assert summary["method"] == "gradient-projection"
+    assert summary["settings"]["gain"] == 6 * [1.0]
+    assert (summary["settings"]["epsilon"], summary["settings"]["dt"]) == (1.0, 0.05)
     assert {"joint", "quantity", "value", "limit", "t"} == summary["violations"][0].keys()
 
 
@@ -81,8 +86,6 @@ def test_min_clearance_is_null_without_obstacles(robot: Robot, scene: Scene, tmp
 
 
 def test_collision_free_is_about_the_samples(trajectory: Trajectory) -> None:
-    from dataclasses import replace
-
     assert trajectory.collision_free
     clearance = trajectory.clearance.copy()
     clearance[3, 1] = -1e-6
@@ -90,21 +93,34 @@ def test_collision_free_is_about_the_samples(trajectory: Trajectory) -> None:
 
 
 def test_nothing_is_left_half_written(trajectory: Trajectory, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full_disk(path: Path, content: bytes) -> int:
-        with path.open("wb") as file:
-            file.write(content[:10])
+    """The disk is full at the first or only at the last file: nothing new appears, nothing old is touched."""
+    write = Path.write_bytes
+
+    def full_disk_at(name: str, path: Path, content: bytes) -> int:
+        if name not in path.name:
+            return write(path, content)
+        write(path, content[:10])
         raise OSError("no space left on device")
 
-    monkeypatch.setattr(Path, "write_bytes", full_disk)
-    with pytest.raises(InvalidInput, match="no space left"):
-        write_trajectory(trajectory, tmp_path)
-    assert not list(tmp_path.iterdir())
+    old = tmp_path / "old"
+    write_trajectory(trajectory, old)
+    before = {path.name: path.read_bytes() for path in old.iterdir()}
+    for name in ("trajectory.npz", "summary.json"):
+        monkeypatch.setattr(
+            Path, "write_bytes", partialmethod(lambda p, content, n: full_disk_at(n, p, content), n=name)
+        )
+        for folder in (old, tmp_path / "new"):
+            with pytest.raises(InvalidInput, match="no space left"):
+                write_trajectory(replace(trajectory, reason="another"), folder)
+    assert {path.name: path.read_bytes() for path in old.iterdir()} == before
+    assert not (tmp_path / "new").exists()
 
 
 def test_folders_that_cannot_be_used(trajectory: Trajectory, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    with pytest.raises(InvalidInput, match="out"):
-        write_trajectory(trajectory, tmp_path / "file")
+    for folder in (tmp_path / "file", tmp_path / "file" / "below", "", tmp_path / ("x" * 300)):
+        with pytest.raises(InvalidInput, match="out"):
+            write_trajectory(trajectory, folder)
     with pytest.raises(InvalidInput, match="trajectory"):
         read_trajectory(tmp_path)
     write_trajectory(trajectory, tmp_path)

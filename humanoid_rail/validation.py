@@ -1,0 +1,76 @@
+"""What the data of a scene have in common: immutable, strictly validated, with errors that name the field."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic_core import ErrorDetails
+
+from humanoid_rail.errors import MISSING, InvalidInput
+
+if TYPE_CHECKING:  # the signatures of the models stay those that pydantic gives them
+    from pydantic._internal._model_construction import ModelMetaclass as _Metaclass
+else:
+
+    class _Metaclass(type(BaseModel)):
+        """Lets `Sphere(radius=-1)` raise the same error as a scene file does."""
+
+        def __call__(cls, *args: Any, **kwargs: Any) -> Any:
+            try:
+                return super().__call__(*args, **kwargs)
+            except ValidationError as error:
+                raise invalid_input(error) from None
+
+
+class Frozen(BaseModel, metaclass=_Metaclass):
+    """Immutable; no unknown keys, no conversion between types, no NaN or infinity."""
+
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", strict=True, allow_inf_nan=False, use_attribute_docstrings=True
+    )
+
+
+def invalid_input(error: ValidationError, source: str | None = None) -> InvalidInput:
+    """Return pydantic's error as ours: which field, what was given, what would be right.
+
+    Of several errors it is the first, but a key that does not exist goes before those that are missing: mostly it is
+    one of them, misspelt.
+    """
+    errors = error.errors(include_url=False)
+    unknown = [e for e in errors if e["type"] == "extra_forbidden"]
+    first = unknown[0] if unknown and errors[0]["type"] == "missing" else errors[0]
+    field, value, context = _path(first["loc"]) or "scene", first["input"], first.get("ctx", {})
+    match first["type"]:
+        case "missing":
+            return InvalidInput(field, MISSING, "a value: this field is required", source)
+        case "extra_forbidden":
+            return InvalidInput(field, value, _no_such_field(first, errors), source)
+        case "union_tag_not_found":
+            return InvalidInput(f"{field}.type", MISSING, "a type, such as sphere or box", source)
+        case "union_tag_invalid":
+            return InvalidInput(f"{field}.type", context["tag"], f"one of {context['expected_tags']}", source)
+        case "value_error":
+            return InvalidInput(field, value, str(context["error"]), source)
+        case "mesh_file":
+            return InvalidInput(f"{field}.file".removeprefix("scene."), context["file"], first["msg"], source)
+        case "tuple_type":
+            return InvalidInput(field, value, "a list", source)
+    return InvalidInput(field, value, first["msg"].removeprefix("Input should be ").replace("a valid ", "a "), source)
+
+
+def _path(location: tuple[int | str, ...]) -> str:
+    """Return pydantic's location as a path, without the names of types that it adds."""
+    path = ""
+    for before, part in zip((None, *location), location, strict=False):
+        # After an index pydantic names the type of the obstacle; and it names the members of a union of numbers.
+        is_type = (isinstance(before, int) and isinstance(part, str)) or "constrained" in str(part)
+        if not is_type:
+            path += f"[{part}]" if isinstance(part, int) else f".{part}"
+    return path.lstrip(".")
+
+
+def _no_such_field(unknown: ErrorDetails, errors: list[ErrorDetails]) -> str:
+    *place, _ = unknown["loc"]
+    missing = [str(e["loc"][-1]) for e in errors if e["type"] == "missing" and [*e["loc"][:-1]] == place]
+    return f"no such field; missing here: {', '.join(missing)}" if missing else "no such field; see docs/scenes.md"
