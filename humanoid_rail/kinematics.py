@@ -95,6 +95,11 @@ class Kinematics:
         pin.framesForwardKinematics(self.robot.model, self._data, self.robot.full_configuration(q))
         return self._hands()
 
+    def stick_figure(self, q: ArrayLike) -> Array:
+        """Return the origins (joints + h, 3) of all joints, passive ones included, and of the hands, m."""
+        pin.framesForwardKinematics(self.robot.model, self._data, self.robot.full_configuration(q))
+        return np.vstack([[M.translation for M in list(self._data.oMi)[1:]], self._hands()])
+
     def bones(self, q: ArrayLike) -> Array:
         """Return the two end points (L, 2, 3) of the axis of every link's capsule."""
         pin.forwardKinematics(self.robot.model, self._data, self.robot.full_configuration(q))

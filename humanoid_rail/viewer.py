@@ -9,6 +9,7 @@ import webbrowser
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stdout
 from io import StringIO
+from itertools import combinations, product
 from types import FrameType
 
 import coal
@@ -20,6 +21,7 @@ import pinocchio as pin
 from meshcat.animation import Animation
 
 from humanoid_rail.arrays import Array
+from humanoid_rail.kinematics import Kinematics
 from humanoid_rail.obstacles import HalfSpace
 from humanoid_rail.robot import Robot
 from humanoid_rail.scene import Scene
@@ -30,11 +32,13 @@ FRAMES_PER_SECOND = 30
 HOLD = 1.5
 """How long the view rests on the last configuration before the animation starts over, s."""
 HAND_COLOURS = (0x1F70CC, 0xE86B1A, 0x2E9E5B, 0x8E44AD)
-OBSTACLE_COLOUR = 0xD6453D
+OBSTACLE_COLOUR = 0xC0305A
 WALL_COLOUR = 0x7C8792
 CAMERA = np.array([-1.45, -1.2, 0.5])
-"""Where the camera is from the middle of the motion, in units of the motion's radius: before the robot's chest."""
+"""Where the camera is from the middle of what is to be seen, in units of its radius; mirrored where a wall is there."""
 ZOOM = 1.9
+NEARBY = 1.5
+"""How far from robot and targets obstacles still count for the picture, m."""
 FLOOR = -0.33
 """Height of the grid: under the rail, m."""
 
@@ -47,7 +51,26 @@ def playback_html(robot: Robot, scene: Scene, trajectory: Trajectory) -> str:
     with _server() as view:
         _publish(view, robot, scene, trajectory)
         page: str = view.static_html()
-    return page.replace("<title>MeshCat</title>", f"<title>{html.escape(scene.name)}: humanoid_rail</title>")
+    head, body = "<title>MeshCat</title>", '<div id="meshcat-pane">'
+    page = page.replace(head, f"<title>{html.escape(scene.name)}: humanoid_rail</title>", 1)
+    return page.replace(body, _caption(scene, trajectory) + body, 1)
+
+
+def _caption(scene: Scene, trajectory: Trajectory) -> str:
+    """Return what the page says of the motion, as HTML."""
+    outcome = "collision-free" if trajectory.collision_free else "in collision"
+    clearance = "" if trajectory.min_clearance is None else f" (least clearance {trajectory.min_clearance:.3f} m)"
+    limits = "within limits" if trajectory.limits_ok else "beyond joint limits"
+    said = f"{trajectory.status} in {trajectory.duration:.2f} s, {outcome}{clearance}, {limits}"
+    hands = " ".join(
+        f'<span style="color:#{_hand_colour(i):06x}">&#9679;</span> {html.escape(name)}'
+        for i, name in enumerate(trajectory.hand_names)
+    )
+    return (
+        '<div style="position:fixed;left:16px;top:12px;max-width:70vw;font:14px/1.5 sans-serif;color:#2e3440;'
+        f'pointer-events:none"><b>{html.escape(scene.name)}</b>: {said}<br>{hands}<br>'
+        '<span style="color:#6b7684">Drag to turn, scroll to zoom; pause and time under Open Controls.</span></div>'
+    )
 
 
 def show(
@@ -113,23 +136,29 @@ def _publish(view: meshcat.Visualizer, robot: Robot, scene: Scene, trajectory: T
     view["/Background"].set_property("bottom_color", [0.78, 0.82, 0.86])
     view["/Axes"].set_property("visible", False)
     # meshcat's camera turns about the origin and cannot be told otherwise, so the world moves instead.
-    middle, radius = _sight(trajectory, scene)
+    middle, camera = _sight(robot, scene, trajectory)
     view["/Grid"].set_transform(mt.translation_matrix([0, 0, FLOOR - middle[2]]))
-    x, y, z = CAMERA * max(radius, 1.5)
+    x, y, z = camera
     # The camera hangs in a node whose y axis points up.
     view["/Cameras/default/rotated/<object>"].set_property("position", [x, z, -y])
     view["/Cameras/default/rotated/<object>"].set_property("zoom", ZOOM)
     view = view["world"]
     view.set_transform(mt.translation_matrix(-middle))
-    _draw_robot(view["robot"], robot)
+    visual = pin.buildGeomFromUrdfString(robot.model, robot.urdf, pin.GeometryType.VISUAL)
+    _draw_bodies(view["robot"], robot, visual)
+    _draw_bodies(view["capsules"], robot, robot.collision_model)
+    view["capsules"].set_property("visible", False)
     for i, obstacle in enumerate(scene.obstacles):
-        colour, opacity = (WALL_COLOUR, 0.25) if isinstance(obstacle, HalfSpace) else (OBSTACLE_COLOUR, 0.45)
+        colour, opacity = (WALL_COLOUR, 0.2) if isinstance(obstacle, HalfSpace) else (OBSTACLE_COLOUR, 0.35)
         for j, piece in enumerate(placed_shapes(obstacle)):
             _draw(view[f"obstacles/{i}/{j}"], piece, colour, opacity)
+            if isinstance(piece.shape, coal.Box):
+                edges = mg.PointsGeometry(_edges(piece.shape).astype(np.float32))
+                material = mg.LineBasicMaterial(OBSTACLE_COLOUR)
+                view[f"obstacles/{i}/{j}/edges"].set_object(mg.LineSegments(edges, material))
     for i, name in enumerate(trajectory.hand_names):
-        colour = HAND_COLOURS[i % len(HAND_COLOURS)]
-        _draw_target(view[f"targets/{name}"], np.array(scene.targets[name]), colour)
-        _draw_trace(view[f"traces/{name}"], trajectory.hands[:, i], colour)
+        _draw_target(view[f"targets/{name}"], np.array(scene.targets[name]), _hand_colour(i))
+        _draw_trace(view[f"traces/{name}"], trajectory.hands[:, i], _hand_colour(i))
     view.set_animation(_animation(view, robot, trajectory), play=True, repetitions=10_000)
 
 
@@ -138,19 +167,27 @@ def _animation(view: meshcat.Visualizer, robot: Robot, trajectory: Trajectory) -
     data = robot.model.createData()
     frames = int(np.ceil((trajectory.duration + HOLD) * FRAMES_PER_SECOND)) + 1
     for frame in range(frames):
-        t = min(frame / FRAMES_PER_SECOND, trajectory.duration)
-        q = np.array([np.interp(t, trajectory.t, column) for column in trajectory.q.T])
+        q = _configuration(trajectory, frame / FRAMES_PER_SECOND)
         pin.forwardKinematics(robot.model, data, robot.full_configuration(q))
         with animation.at_frame(view, frame) as at:
             for joint in range(1, robot.model.njoints):
-                at[f"robot/{robot.model.names[joint]}"].set_transform(data.oMi[joint].homogeneous)
+                for tree in ("robot", "capsules"):
+                    at[f"{tree}/{robot.model.names[joint]}"].set_transform(data.oMi[joint].homogeneous)
     return animation
 
 
-def _draw_robot(view: meshcat.Visualizer, robot: Robot) -> None:
-    """Draw the visual geometry, each joint's under a node of its own."""
-    visual = pin.buildGeomFromUrdfString(robot.model, robot.urdf, pin.GeometryType.VISUAL)
-    for body in visual.geometryObjects:
+def _configuration(trajectory: Trajectory, t: float) -> Array:
+    """Return q (n,) at a time, the last one after the end."""
+    return np.array([np.interp(t, trajectory.t, column) for column in trajectory.q.T])
+
+
+def _hand_colour(i: int) -> int:
+    return HAND_COLOURS[i % len(HAND_COLOURS)]
+
+
+def _draw_bodies(view: meshcat.Visualizer, robot: Robot, bodies: pin.GeometryModel) -> None:
+    """Draw the bodies of a robot, each joint's under a node of its own, which the animation moves."""
+    for body in bodies.geometryObjects:
         joint = robot.model.names[body.parentJoint]
         rgb = (255 * np.clip(body.meshColor[:3], 0, 1)).astype(int)
         colour = int(rgb[0]) << 16 | int(rgb[1]) << 8 | int(rgb[2])
@@ -182,6 +219,14 @@ def _draw(view: meshcat.Visualizer, placed: PlacedShape, colour: int, opacity: f
         case _:
             raise TypeError(f"no picture of a {type(shape).__name__}")
     view.set_transform(T)
+
+
+def _edges(box: coal.Box) -> Array:
+    """Return the twelve edges of a box as pairs of points (3, 24)."""
+    corners = np.array(list(product((-1, 1), repeat=3))) * box.halfSide
+    pairs = [(a, b) for a, b in combinations(range(8), 2) if (corners[a] != corners[b]).sum() == 1]
+    edges: Array = corners[np.array(pairs).ravel()].T
+    return edges
 
 
 def _hull(points: Array) -> mg.TriangularMeshGeometry:
@@ -230,14 +275,24 @@ def _draw_trace(view: meshcat.Visualizer, points: Array, colour: int) -> None:
     view.set_object(mg.PointCloud(position.astype(np.float32), colours.astype(np.float32), size=0.05))
 
 
-def _sight(trajectory: Trajectory, scene: Scene) -> tuple[Array, float]:
-    """Return the middle of what is to be seen and its radius: motion, targets, obstacles and the robot below them."""
-    rail = trajectory.q[:, 0]
-    points = [trajectory.hands.reshape(-1, 3), np.array(list(scene.targets.values()))]
-    points += [np.array([[0.0, y, z] for y in (rail.min(), rail.max()) for z in (0.0, 3.0)])]
-    points += [_bounds(piece) for obstacle in scene.obstacles for piece in placed_shapes(obstacle)]
-    low, high = np.vstack(points).min(axis=0), np.vstack(points).max(axis=0)
-    return (low + high) / 2, float(np.linalg.norm(high - low)) / 2
+def _sight(robot: Robot, scene: Scene, trajectory: Trajectory) -> tuple[Array, Array]:
+    """Return the middle of what is to be seen, and where the camera is from there.
+
+    To be seen are the robot all along its way, the targets and what of the obstacles is near them.
+    """
+    kinematics = Kinematics(robot)
+    times = np.linspace(0.0, trajectory.duration, 12)
+    robots = np.vstack([kinematics.stick_figure(_configuration(trajectory, t)) for t in times])
+    points = np.vstack([robots, trajectory.hands.reshape(-1, 3), *([scene.targets[n]] for n in trajectory.hand_names)])
+    low, high = points.min(axis=0), points.max(axis=0)
+    boxes = [_bounds(piece) for obstacle in scene.obstacles for piece in placed_shapes(obstacle)]
+    near = np.clip(np.vstack([points, *boxes]), low - NEARBY, high + NEARBY)
+    low, high = near.min(axis=0), near.max(axis=0)
+    middle, radius = (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 1.0)
+    walls = [(np.array(o.normal), o.offset) for o in scene.obstacles if isinstance(o, HalfSpace)]
+    cameras = [radius * CAMERA * [x, y, 1.0] for x in (1, -1) for y in (1, -1)]
+    clear = [camera for camera in cameras if all(n @ (middle + camera) > d for n, d in walls)]
+    return middle, (clear or cameras)[0]
 
 
 def _bounds(placed: PlacedShape) -> Array:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import json
 from dataclasses import fields, replace
-from functools import partialmethod
 from pathlib import Path
 
 import numpy as np
@@ -106,9 +105,7 @@ def test_nothing_is_left_half_written(trajectory: Trajectory, tmp_path: Path, mo
     write_trajectory(trajectory, old)
     before = {path.name: path.read_bytes() for path in old.iterdir()}
     for name in ("trajectory.npz", "summary.json"):
-        monkeypatch.setattr(
-            Path, "write_bytes", partialmethod(lambda p, content, n: full_disk_at(n, p, content), n=name)
-        )
+        monkeypatch.setattr(Path, "write_bytes", lambda path, content, at=name: full_disk_at(at, path, content))
         for folder in (old, tmp_path / "new"):
             with pytest.raises(InvalidInput, match="no space left"):
                 write_trajectory(replace(trajectory, reason="another"), folder)

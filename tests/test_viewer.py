@@ -52,6 +52,11 @@ def test_the_page_shows_the_robot_moving(robot: Robot, scene: Scene, tmp_path: P
             )
             for name in [*robot.model.names][1:]
         }
+        hidden = page.evaluate(
+            """() => viewer.scene_tree.find(["meshcat", "world", "capsules"]).object.visible === false"""
+        )
+        assert hidden
+        assert "collision-free" in page.inner_text("body")
         assert "paper" in page.title()
         assert not troubles
     assert (abs(running - later).max(axis=2) > 30).mean() > 1e-3, "the animation does not run"
@@ -61,7 +66,7 @@ def test_the_page_shows_the_robot_moving(robot: Robot, scene: Scene, tmp_path: P
     for image in stills.values():
         assert share(image, (45, 120, 210), 60) > 1e-3, "no blue arm"
         assert share(image, (240, 120, 40), 60) > 1e-3, "no orange arm"
-        assert share(image, (230, 120, 115), 50) > 1e-3, "no obstacles"
+        assert share(image, (225, 125, 160), 45) > 1e-3, "no obstacles"
     data = robot.model.createData()
     pin.forwardKinematics(robot.model, data, robot.full_configuration(trajectory.q[-1]))
     for name, elements in joints.items():
@@ -99,6 +104,7 @@ def test_every_kind_of_obstacle_is_drawn(robot: Robot, tmp_path: Path, cube_file
             for i in range(len(obstacles))
         ]
         assert page.title().startswith("<all> & more")
+        assert page.inner_text("body").startswith("<all> & more: ")
         assert not troubles
     for obstacle, box in zip(obstacles, positions, strict=True):
         if not isinstance(obstacle, HalfSpace):
@@ -106,6 +112,18 @@ def test_every_kind_of_obstacle_is_drawn(robot: Robot, tmp_path: Path, cube_file
     np.testing.assert_allclose(np.subtract(positions[0][3:], positions[0][:3]), 3 * [0.4], atol=0.01)
     assert positions[3][5] == pytest.approx(-0.3, abs=0.01)
     assert positions[4][3:] == pytest.approx([-1.8, 3.2, 2.2], abs=1e-3)
+
+
+def test_the_camera_is_not_behind_a_wall(robot: Robot, scene: Scene) -> None:
+    from humanoid_rail.viewer import _sight
+
+    trajectory = plan_case(robot, 1, dt=0.5)
+    for normal in ((1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (0.0, -1.0, 0.0)):
+        wall = HalfSpace(normal=normal, offset=-6.0)
+        middle, camera = _sight(robot, scene.model_copy(update={"obstacles": (wall,)}), trajectory)
+        assert np.dot(normal, middle + camera) > -6.0
+    far = scene.model_copy(update={"obstacles": (Sphere(center=(40.0, 0.0, 3.0), radius=1.0),)})
+    assert np.linalg.norm(_sight(robot, far, trajectory)[0] - _sight(robot, scene, trajectory)[0]) < 2.0
 
 
 def test_no_server_is_left_behind(robot: Robot, scene: Scene) -> None:
