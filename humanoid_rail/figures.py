@@ -29,11 +29,10 @@ def motion_figure(robot: Robot, scene: Scene, trajectory: Trajectory, title: str
     figure = Figure(figsize=(7.5, 6.5), layout="constrained")
     axes: Any = figure.add_subplot(projection="3d", computed_zorder=False)
     kinematics = Kinematics(robot)
-    configurations = np.linspace(0.0, trajectory.duration, 7)
-    q = np.array([np.interp(configurations, trajectory.t, column) for column in trajectory.q.T]).T
-    for k, configuration in enumerate(q):
-        at_end = k in (0, len(q) - 1)
-        for name, bone in zip(robot.link_names, kinematics.bones(configuration), strict=True):
+    times = np.linspace(0.0, trajectory.duration, 7)
+    for k, t in enumerate(times):
+        at_end = k in (0, len(times) - 1)
+        for name, bone in zip(robot.link_names, kinematics.bones(trajectory.configuration(t)), strict=True):
             colour = HANDS[0] if name.startswith("left") else HANDS[1] if name.startswith("right") else TORSO
             style = (
                 {"linewidth": 3.2, "markersize": 3} if at_end else {"linewidth": 1.4, "markersize": 1.5, "alpha": 0.22}

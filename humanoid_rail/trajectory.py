@@ -91,6 +91,10 @@ class Trajectory:
         """Smallest clearance of all samples in m; None without obstacles."""
         return float(self.clearance.min()) if self.clearance.size else None
 
+    def configuration(self, t: float) -> Array:
+        """Return q (n,) at a time in s: linear between samples, the first or last one outside."""
+        return np.array([np.interp(t, self.t, column) for column in self.q.T])
+
     def summary(self) -> dict[str, Any]:
         """Return the result without its samples, as plain data: what `summary.json` holds."""
         return {

@@ -21,7 +21,7 @@ import pinocchio as pin
 from meshcat.animation import Animation
 
 from humanoid_rail.arrays import Array
-from humanoid_rail.kinematics import Kinematics
+from humanoid_rail.camera import ZOOM, sight
 from humanoid_rail.obstacles import HalfSpace
 from humanoid_rail.robot import Robot
 from humanoid_rail.scene import Scene
@@ -34,11 +34,6 @@ HOLD = 1.5
 HAND_COLOURS = (0x1F70CC, 0xE86B1A, 0x2E9E5B, 0x8E44AD)
 OBSTACLE_COLOUR = 0xC0305A
 WALL_COLOUR = 0x7C8792
-CAMERA = np.array([-1.45, -1.2, 0.5])
-"""Where the camera is from the middle of what is to be seen, in units of its radius; mirrored where a wall is there."""
-ZOOM = 1.9
-NEARBY = 1.5
-"""How far from robot and targets obstacles still count for the picture, m."""
 FLOOR = -0.33
 """Height of the grid: under the rail, m."""
 
@@ -136,7 +131,7 @@ def _publish(view: meshcat.Visualizer, robot: Robot, scene: Scene, trajectory: T
     view["/Background"].set_property("bottom_color", [0.78, 0.82, 0.86])
     view["/Axes"].set_property("visible", False)
     # meshcat's camera turns about the origin and cannot be told otherwise, so the world moves instead.
-    middle, camera = _sight(robot, scene, trajectory)
+    middle, camera = sight(robot, scene, trajectory)
     view["/Grid"].set_transform(mt.translation_matrix([0, 0, FLOOR - middle[2]]))
     x, y, z = camera
     # The camera hangs in a node whose y axis points up.
@@ -167,18 +162,13 @@ def _animation(view: meshcat.Visualizer, robot: Robot, trajectory: Trajectory) -
     data = robot.model.createData()
     frames = int(np.ceil((trajectory.duration + HOLD) * FRAMES_PER_SECOND)) + 1
     for frame in range(frames):
-        q = _configuration(trajectory, frame / FRAMES_PER_SECOND)
+        q = trajectory.configuration(frame / FRAMES_PER_SECOND)
         pin.forwardKinematics(robot.model, data, robot.full_configuration(q))
         with animation.at_frame(view, frame) as at:
             for joint in range(1, robot.model.njoints):
                 for tree in ("robot", "capsules"):
                     at[f"{tree}/{robot.model.names[joint]}"].set_transform(data.oMi[joint].homogeneous)
     return animation
-
-
-def _configuration(trajectory: Trajectory, t: float) -> Array:
-    """Return q (n,) at a time, the last one after the end."""
-    return np.array([np.interp(t, trajectory.t, column) for column in trajectory.q.T])
 
 
 def _hand_colour(i: int) -> int:
@@ -273,32 +263,3 @@ def _draw_trace(view: meshcat.Visualizer, points: Array, colour: int) -> None:
     rgb = np.array([[colour >> 16 & 255], [colour >> 8 & 255], [colour & 255]]) / 255
     colours = np.repeat(rgb, position.shape[1], axis=1)
     view.set_object(mg.PointCloud(position.astype(np.float32), colours.astype(np.float32), size=0.05))
-
-
-def _sight(robot: Robot, scene: Scene, trajectory: Trajectory) -> tuple[Array, Array]:
-    """Return the middle of what is to be seen, and where the camera is from there.
-
-    To be seen are the robot all along its way, the targets and what of the obstacles is near them.
-    """
-    kinematics = Kinematics(robot)
-    times = np.linspace(0.0, trajectory.duration, 12)
-    robots = np.vstack([kinematics.stick_figure(_configuration(trajectory, t)) for t in times])
-    points = np.vstack([robots, trajectory.hands.reshape(-1, 3), *([scene.targets[n]] for n in trajectory.hand_names)])
-    low, high = points.min(axis=0), points.max(axis=0)
-    boxes = [_bounds(piece) for obstacle in scene.obstacles for piece in placed_shapes(obstacle)]
-    near = np.clip(np.vstack([points, *boxes]), low - NEARBY, high + NEARBY)
-    low, high = near.min(axis=0), near.max(axis=0)
-    middle, radius = (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 1.0)
-    walls = [(np.array(o.normal), o.offset) for o in scene.obstacles if isinstance(o, HalfSpace)]
-    cameras = [radius * CAMERA * [x, y, 1.0] for x in (1, -1) for y in (1, -1)]
-    clear = [camera for camera in cameras if all(n @ (middle + camera) > d for n, d in walls)]
-    return middle, (clear or cameras)[0]
-
-
-def _bounds(placed: PlacedShape) -> Array:
-    """Return the corners (2, 3) of the box around a shape; none (0, 3) for a half-space, which has no end."""
-    if isinstance(placed.shape, coal.Halfspace):
-        return np.zeros((0, 3))
-    body = coal.CollisionObject(placed.shape, placed.placement)
-    body.computeAABB()
-    return np.array([body.getAABB().min_, body.getAABB().max_])

@@ -13,6 +13,7 @@ from PIL import Image
 from screenshot import browser_path, opened, seek
 
 from humanoid_rail import Box, Capsule, HalfSpace, Mesh, Robot, Scene, Sphere, plan, plan_case
+from humanoid_rail.camera import sight
 from humanoid_rail.viewer import playback_html
 
 needs_browser = pytest.mark.skipif(browser_path() is None, reason="Chromium (Debian: chromium) is not installed")
@@ -115,15 +116,13 @@ def test_every_kind_of_obstacle_is_drawn(robot: Robot, tmp_path: Path, cube_file
 
 
 def test_the_camera_is_not_behind_a_wall(robot: Robot, scene: Scene) -> None:
-    from humanoid_rail.viewer import _sight
-
     trajectory = plan_case(robot, 1, dt=0.5)
     for normal in ((1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (0.0, -1.0, 0.0)):
         wall = HalfSpace(normal=normal, offset=-6.0)
-        middle, camera = _sight(robot, scene.model_copy(update={"obstacles": (wall,)}), trajectory)
+        middle, camera = sight(robot, scene.model_copy(update={"obstacles": (wall,)}), trajectory)
         assert np.dot(normal, middle + camera) > -6.0
     far = scene.model_copy(update={"obstacles": (Sphere(center=(40.0, 0.0, 3.0), radius=1.0),)})
-    assert np.linalg.norm(_sight(robot, far, trajectory)[0] - _sight(robot, scene, trajectory)[0]) < 2.0
+    assert np.linalg.norm(sight(robot, far, trajectory)[0] - sight(robot, scene, trajectory)[0]) < 2.0
 
 
 def test_no_server_is_left_behind(robot: Robot, scene: Scene) -> None:
