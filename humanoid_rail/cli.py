@@ -12,7 +12,8 @@ from rich.console import Console
 
 from humanoid_rail.errors import HumanoidRailError
 
-console = Console(highlight=False)
+# Names of scenes and folders are printed as they are, whatever brackets or colons they hold.
+console = Console(highlight=False, markup=False, emoji=False)
 
 BAD_INPUT = 2
 """Exit code after bad input."""

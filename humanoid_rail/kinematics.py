@@ -18,6 +18,9 @@ from humanoid_rail.obstacles import Obstacle
 from humanoid_rail.robot import Robot
 from humanoid_rail.shapes import PlacedShape, placed_shapes
 
+# A singular value this much smaller than the largest is 0 up to rounding.
+ZERO = 1e-14
+
 
 @dataclass(frozen=True, eq=False)
 class State:
@@ -63,7 +66,7 @@ class Kinematics:
         robot, model, data = self.robot, self.robot.model, self._data
         full = robot.full_configuration(q)
         pin.computeJointKinematicHessians(model, data, full)
-        self._place(full)
+        self._place()
         jacobians = [self._hand_jacobian(hand.frame) for hand in robot.hands]
         arms = [J[:, robot.arm_columns(hand)] for J, hand in zip(jacobians, robot.hands, strict=True)]
         arm_derivatives = [self._hand_hessian(hand.frame)[:, robot.arm_columns(hand), :] for hand in robot.hands]
@@ -83,7 +86,7 @@ class Kinematics:
         robot = self.robot
         full = robot.full_configuration(q)
         pin.computeJointJacobians(robot.model, self._data, full)
-        self._place(full)
+        self._place()
         arms = [self._hand_jacobian(hand.frame)[:, robot.arm_columns(hand)] for hand in robot.hands]
         clearance = np.array(
             [[self._nearest(link, obstacle).distance for obstacle in self.obstacles] for link in self._links()]
@@ -101,9 +104,9 @@ class Kinematics:
         return np.vstack([[M.translation for M in list(self._data.oMi)[1:]], self._hands()])
 
     def bones(self, q: ArrayLike) -> Array:
-        """Return the two end points (L, 2, 3) of the axis of every link's capsule."""
+        """Return the two end points (L, 2, 3) of the axis of every link, m. All links have to be capsules."""
         pin.forwardKinematics(self.robot.model, self._data, self.robot.full_configuration(q))
-        self._place(self.robot.full_configuration(q))
+        self._place()
         half = [body.geometry.halfLength for body in self.robot.collision_model.geometryObjects]
         return np.array(
             [
@@ -112,7 +115,8 @@ class Kinematics:
             ]
         )
 
-    def _place(self, full: Array) -> None:
+    def _place(self) -> None:
+        """Update the placements of frames and collision bodies after those of the joints."""
         pin.updateFramePlacements(self.robot.model, self._data)
         pin.updateGeometryPlacements(self.robot.model, self._data, self.robot.collision_model, self._bodies)
 
@@ -206,7 +210,7 @@ def manipulability_gradient(arms: list[Array], derivatives: list[Array]) -> Arra
     decompositions = [np.linalg.svd(J, full_matrices=False) for J in arms]
     sigma = np.concatenate([s for _, s, _ in decompositions])
     gradient = np.zeros(derivatives[0].shape[2])
-    if sigma.min() <= SINGULAR * sigma.max():
+    if sigma.min() <= ZERO * sigma.max():
         return gradient
     i = 0
     for (U, _, Vt), dJ in zip(decompositions, derivatives, strict=True):
@@ -214,7 +218,3 @@ def manipulability_gradient(arms: list[Array], derivatives: list[Array]) -> Arra
             gradient += np.prod(np.delete(sigma, i)) * np.einsum("x,xcn,c->n", u, dJ, v)
             i += 1
     return gradient
-
-
-# A singular value this much smaller than the largest is 0 up to rounding.
-SINGULAR = 1e-14

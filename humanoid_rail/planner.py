@@ -66,11 +66,13 @@ def plan(
     started = time.perf_counter()
     if not isinstance(method, str) or method not in METHODS:
         raise InvalidInput("method", method, f"one of {', '.join(METHODS)}")
-    positive = {"tolerance": tolerance, "dt": dt, "max_time": max_time, "rtol": rtol, "atol": atol}
-    for name, value in positive.items():
-        checked_number(name, value, above=0.0)
+    given = {"tolerance": tolerance, "dt": dt, "max_time": max_time, "rtol": rtol, "atol": atol}
+    positive = {name: checked_number(name, value, above=0.0) for name, value in given.items()}
     if max_time / dt > MAX_SAMPLES:
-        raise InvalidInput("dt", dt, f"at least {max_time / MAX_SAMPLES:g} s, for at most {MAX_SAMPLES} samples")
+        valid = (
+            f"at least {max_time / MAX_SAMPLES:g} s with max_time = {max_time:g} s, for at most {MAX_SAMPLES} samples"
+        )
+        raise InvalidInput("dt", dt, valid)
     gains = Gains(gain, c_mu, c_kappa, epsilon)
     gains.diagonal(3 * len(robot.hands))
     check_scene(robot, scene)
@@ -102,9 +104,9 @@ def plan(
         settings={
             **positive,
             "gain": gains.diagonal(targets.size).tolist(),
-            "c_mu": c_mu,
-            "c_kappa": c_kappa,
-            "epsilon": epsilon,
+            "c_mu": gains.c_mu,
+            "c_kappa": gains.c_kappa,
+            "epsilon": gains.epsilon,
         },
     )
 

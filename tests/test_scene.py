@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 import pickle
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -182,6 +183,9 @@ def test_what_is_wrong_is_named(data: Any, field: str) -> None:
         "name: 2001-99-99",
         "? [a]\n: b",
         "name: !!binary x",
+        "a: &a [x, x, x, x, x, x, x, x, x]\n"
+        + "".join(f"{c}: &{c} [{', '.join(9 * [f'*{b}'])}]\n" for b, c in pairwise("abcdefghijkl"))
+        + "name: *l\n",
     ],
 )
 def test_text_that_is_no_scene(text: str, tmp_path: Path) -> None:

@@ -108,6 +108,16 @@ def test_out_that_cannot_be_used(out: str, tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
 
+def test_names_are_printed_as_they_are(tmp_path: Path) -> None:
+    scene = "name: '[/bold] <b>:smile:'\ntargets: {left: [0.12, -2.23, 3.2], right: [0.12, 2.23, 3.2]}\n"
+    (tmp_path / "scene.yaml").write_text(scene)
+    result = script("plan", "scene.yaml", "--out", "[red]", cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    assert "[/bold] <b>:smile:" in result.stdout
+    assert "Written to [red]" in result.stdout
+    assert "[/bold] &lt;b&gt;:smile:" in (tmp_path / "[red]" / "playback.html").read_text()
+
+
 def test_what_is_wrong_between_scene_and_robot_names_the_file(tmp_path: Path) -> None:
     (tmp_path / "scene.yaml").write_text("name: x\ntargets: {left: [0, 0, 3]}\n")
     result = script("plan", "scene.yaml", cwd=tmp_path)

@@ -78,6 +78,12 @@ def test_summary(trajectory: Trajectory, tmp_path: Path) -> None:
     assert {"joint", "quantity", "value", "limit", "t"} == summary["violations"][0].keys()
 
 
+def test_settings_in_numpys_numbers_can_be_written(robot: Robot, scene: Scene, tmp_path: Path) -> None:
+    trajectory = plan(robot, scene, dt=np.float32(0.5), c_mu=np.float32(1.0), gain=np.ones(6, np.float32))
+    write_trajectory(trajectory, tmp_path)
+    assert read_trajectory(tmp_path).settings == trajectory.settings
+
+
 def test_min_clearance_is_null_without_obstacles(robot: Robot, scene: Scene, tmp_path: Path) -> None:
     write_trajectory(plan(robot, scene.model_copy(update={"obstacles": ()}), dt=0.5), tmp_path)
     assert json.loads((tmp_path / "summary.json").read_text())["min_clearance"] is None
