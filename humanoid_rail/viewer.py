@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import signal
+import threading
 import time
 import webbrowser
 from collections.abc import Callable, Iterator
@@ -85,7 +86,7 @@ def show(
         open_browser: Whether to open the page in the user's browser.
         on_ready: Called with the URL of the page once it is served.
     """
-    with _server() as view, _interrupted_by(signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM)):
+    with _server() as view, _interruptible():
         try:
             _publish(view, robot, scene, trajectory)
             on_ready(view.url())
@@ -111,12 +112,15 @@ def _server() -> Iterator[meshcat.Visualizer]:
 
 
 @contextmanager
-def _interrupted_by(*signals: signal.Signals) -> Iterator[None]:
-    """Let these signals end the view as Ctrl-C does."""
+def _interruptible() -> Iterator[None]:
+    """Let INT, TERM and HUP raise KeyboardInterrupt, INT also where a shell has it ignored, as for background jobs."""
 
     def interrupt(_signal: int, _frame: FrameType | None) -> None:
         raise KeyboardInterrupt
 
+    signals = {signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM)}
+    if threading.current_thread() is not threading.main_thread():
+        signals = set()  # Python lets only the main thread handle them
     before = {s: signal.signal(s, interrupt) for s in signals}
     try:
         yield
