@@ -56,7 +56,7 @@ def _number(name: str, value: SupportsFloat, known: dict[str, str]) -> float:
 
 
 def _check_limits(urdf: str) -> None:
-    for joint in ElementTree.fromstring(urdf).iter("joint"):
+    for joint in ElementTree.fromstring(urdf).findall("joint"):
         limit = joint.find("limit")
         if limit is None:
             continue

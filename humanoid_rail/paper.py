@@ -88,8 +88,8 @@ def claims(robot: Robot, cases: Mapping[int, Trajectory]) -> list[Claim]:
         cases: The trajectories of the cases 1, 2 and 3.
     """
     first, second, third = (cases[i] for i in (1, 2, 3))
-    mu = {i: float(cases[i].manipulability[-1]) for i in CASES}
-    mus = ", ".join(f"mu({i}) = {value:.3f}" for i, value in mu.items())
+    holds = _outcomes(cases)
+    mus = ", ".join(f"mu({i}) = {cases[i].manipulability[-1]:.3f}" for i in CASES)
     start = dict(zip(first.hand_names, first.hands[0], strict=True))
     result = [
         Claim(
@@ -118,18 +118,26 @@ def claims(robot: Robot, cases: Mapping[int, Trajectory]) -> list[Claim]:
         for i in CASES
     ]
     result += [
-        Claim("case 1 may collide with both spheres", "yes", _least(first), hits_all(first)),
-        Claim("case 2 clears both spheres", "yes", _least(second), second.collision_free),
-        Claim("case 2 ends with a smaller manipulability than case 1", "yes", mus, mu[2] < mu[1]),
-        Claim("case 3 clears both spheres", "yes", _least(third), third.collision_free),
-        Claim("case 3 ends with the highest manipulability", "yes", mus, mu[3] > max(mu[1], mu[2])),
+        Claim("case 1 may collide with both spheres", "yes", _least(first), holds["case 1 hits both spheres"]),
+        Claim("case 2 clears both spheres", "yes", _least(second), holds["case 2 clears both spheres"]),
+        Claim("case 2 ends with a smaller manipulability than case 1", "yes", mus, holds["mu(2) < mu(1)"]),
+        Claim("case 3 clears both spheres", "yes", _least(third), holds["case 3 clears both spheres"]),
+        Claim("case 3 ends with the highest manipulability", "yes", mus, holds["mu(3) is the highest"]),
     ]
     return result
 
 
-def hits_all(trajectory: Trajectory) -> bool:
-    """Whether the motion penetrates every obstacle at some sample."""
-    return bool((trajectory.clearance.min(axis=0) < 0).all())
+def _outcomes(cases: Mapping[int, Trajectory]) -> dict[str, bool]:
+    """Return which of the paper's claims of its cases hold."""
+    first, second, third = (cases[i] for i in (1, 2, 3))
+    mu = {i: float(cases[i].manipulability[-1]) for i in CASES}
+    return {
+        "case 1 hits both spheres": bool((first.clearance.min(axis=0) < 0).all()),
+        "case 2 clears both spheres": second.collision_free,
+        "mu(2) < mu(1)": mu[2] < mu[1],
+        "case 3 clears both spheres": third.collision_free,
+        "mu(3) is the highest": mu[3] > max(mu[1], mu[2]),
+    }
 
 
 @dataclass(frozen=True)
@@ -138,33 +146,31 @@ class SweepPoint:
 
     epsilon: float
     """Activation distance, m."""
-    clearance: tuple[float, float, float]
+    clearance: tuple[float, ...]
     """Smallest clearance of the cases 1, 2 and 3, m."""
-    manipulability: tuple[float, float, float]
+    manipulability: tuple[float, ...]
     """Final manipulability of the cases 1, 2 and 3."""
-    first_hits_all: bool
-    """Whether case 1 penetrates both spheres."""
-
-    @property
-    def broken_claims(self) -> tuple[str, ...]:
-        """The claims that do not hold at this activation distance."""
-        clearance, mu = self.clearance, self.manipulability
-        holds = {
-            "case 1 hits both spheres": self.first_hits_all,
-            "case 2 clears both spheres": clearance[1] >= 0,
-            "mu(2) < mu(1)": mu[1] < mu[0],
-            "case 3 clears both spheres": clearance[2] >= 0,
-            "mu(3) is the highest": mu[2] > max(mu[0], mu[1]),
-        }
-        return tuple(claim for claim, held in holds.items() if not held)
+    broken_claims: tuple[str, ...]
+    """The claims that do not hold at this activation distance."""
 
 
-def sweep_point(robot: Robot, epsilon: float, dt: float = 0.01) -> SweepPoint:
-    """Plan the three cases at an activation distance (m), sampled every dt (s)."""
-    cases = [plan_case(robot, i, epsilon=epsilon, dt=dt) for i in CASES]
-    first, second, third = (float(trajectory.clearance.min()) for trajectory in cases)
-    mu1, mu2, mu3 = (float(trajectory.manipulability[-1]) for trajectory in cases)
-    return SweepPoint(epsilon, (first, second, third), (mu1, mu2, mu3), hits_all(cases[0]))
+def sweep_point(robot: Robot, epsilon: float, dt: float = 0.01, first: Trajectory | None = None) -> SweepPoint:
+    """Plan the cases at an activation distance.
+
+    Args:
+        robot: The robot.
+        epsilon: Activation distance, m.
+        dt: Time between samples, s.
+        first: Case 1, which does not depend on the activation distance, if it has been planned already.
+    """
+    cases = {1: first or plan_case(robot, 1, dt=dt)}
+    cases |= {i: plan_case(robot, i, epsilon=epsilon, dt=dt) for i in (2, 3)}
+    return SweepPoint(
+        epsilon,
+        tuple(float(trajectory.clearance.min()) for trajectory in cases.values()),
+        tuple(float(trajectory.manipulability[-1]) for trajectory in cases.values()),
+        tuple(claim for claim, holds in _outcomes(cases).items() if not holds),
+    )
 
 
 def bisect_claims(robot: Robot, good: float, bad: float, width: float = 1e-3) -> tuple[float, SweepPoint]:
@@ -176,10 +182,11 @@ def bisect_claims(robot: Robot, good: float, bad: float, width: float = 1e-3) ->
         bad: One at which not all do, m.
         width: How near to bring the two, m.
     """
-    beyond = sweep_point(robot, bad)
+    first = plan_case(robot, 1)
+    beyond = sweep_point(robot, bad, first=first)
     while abs(good - bad) > width:
         middle = (good + bad) / 2
-        point = sweep_point(robot, middle)
+        point = sweep_point(robot, middle, first=first)
         if point.broken_claims:
             bad, beyond = middle, point
         else:

@@ -11,6 +11,7 @@ from enum import StrEnum
 from io import BytesIO, StringIO
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -201,7 +202,7 @@ def read_trajectory(folder: str | Path) -> Trajectory:
                 method=summary["method"],
                 settings=summary["settings"],
             )
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, BadZipFile) as error:
         valid = f"a folder with trajectory.npz and summary.json ({error})"
         raise InvalidInput("trajectory", str(folder), valid) from error
 

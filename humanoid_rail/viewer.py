@@ -20,6 +20,7 @@ import meshcat.transformations as mt
 import numpy as np
 import pinocchio as pin
 from meshcat.animation import Animation
+from scipy.spatial import ConvexHull
 
 from humanoid_rail.arrays import Array
 from humanoid_rail.camera import ZOOM, sight
@@ -224,8 +225,6 @@ def _edges(box: coal.Box) -> Array:
 
 
 def _hull(points: Array) -> mg.TriangularMeshGeometry:
-    from scipy.spatial import ConvexHull
-
     hull = ConvexHull(points)
     faces = hull.simplices.copy()
     corners = points[faces]

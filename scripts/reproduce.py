@@ -20,14 +20,14 @@ from humanoid_rail.paper import CASES, SETTINGS, SweepPoint, bisect_claims, clai
 from humanoid_rail.trajectory import check_folder
 
 ROBOTS = {"links 5 cm thick": 0.05, "links without thickness": 0.0}
-GRID = np.round(np.arange(0.1, 3.01, 0.1), 3)
+GRID = [round(0.1 * i, 1) for i in range(1, 31)]
 CLAIM_COLUMNS = ("claim", "paper", "computed", "holds")
 RANGE_COLUMNS = ("robot", "from", "breaks below", "to", "breaks above")
 
 
 @click.command()
 @click.option("--out", "folder", default="out/paper", show_default=True, help="Folder for the figures.")
-@click.option("--sweep/--no-sweep", default=True, help="Sweep the activation distance (half a minute).")
+@click.option("--sweep/--no-sweep", default=True, help="Sweep the activation distance (about a minute).")
 @click.option("--readme", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Markdown file to update.")
 def main(folder: str, sweep: bool, readme: Path | None) -> None:
     """Reproduce section 5 of the paper: figures 2 to 10, its claims, the range of the activation distance."""
@@ -91,26 +91,20 @@ def find_ranges() -> list[Sweep]:
     """
     sweeps = []
     with ProcessPoolExecutor(2) as pool:
-        swept = {name: pool.map(partial(point_of, radius), GRID) for name, radius in ROBOTS.items()}
+        robots = {name: load_robot(link_radius=radius) for name, radius in ROBOTS.items()}
+        swept = {
+            name: pool.map(partial(sweep_point, robot, first=plan_case(robot, 1)), GRID)
+            for name, robot in robots.items()
+        }
         for name, results in swept.items():
             points = list(results)
             good = [i for i, point in enumerate(points) if not point.broken_claims]
             if not good or good != list(range(max(good[0], 1), min(good[-1] + 1, len(GRID) - 1))):
-                raise HumanoidRailError(f"{name}: the claims hold at {GRID[good]}, not one range inside the sweep")
+                raise HumanoidRailError(f"{name}: the claims hold at {np.take(GRID, good)}, not one range in the sweep")
             starts, beyond = [GRID[good[0]], GRID[good[-1]]], [GRID[good[0] - 1], GRID[good[-1] + 1]]
-            (low, below), (high, above) = pool.map(end_of, [ROBOTS[name]] * 2, starts, beyond)
+            (low, below), (high, above) = pool.map(partial(bisect_claims, robots[name]), starts, beyond)
             sweeps.append(Sweep(name, points, low, below.broken_claims, high, above.broken_claims))
     return sweeps
-
-
-def point_of(radius: float, epsilon: float) -> SweepPoint:
-    """Return the three cases at an activation distance, for links of a radius."""
-    return sweep_point(load_robot(link_radius=radius), float(epsilon))
-
-
-def end_of(radius: float, good: float, bad: float) -> tuple[float, SweepPoint]:
-    """Return an end of the range and what breaks beyond it, for links of a radius."""
-    return bisect_claims(load_robot(link_radius=radius), float(good), float(bad))
 
 
 def save(figure: Figure, folder: Path, name: str) -> None:

@@ -127,6 +127,10 @@ def test_folders_that_cannot_be_used(trajectory: Trajectory, tmp_path: Path) -> 
     with pytest.raises(InvalidInput, match="trajectory"):
         read_trajectory(tmp_path)
     write_trajectory(trajectory, tmp_path)
+    (tmp_path / "trajectory.npz").write_bytes(b"PK\x03\x04 cut off")
+    with pytest.raises(InvalidInput, match="trajectory"):
+        read_trajectory(tmp_path)
+    write_trajectory(trajectory, tmp_path)
     (tmp_path / "summary.json").write_text("{}")
     with pytest.raises(InvalidInput, match="trajectory"):
         read_trajectory(tmp_path)
