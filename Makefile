@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 
 .DELETE_ON_ERROR:
-.PHONY: plan test lint generate figures picture clean
+.PHONY: plan test lint generate figures picture benchmark sanitize clean
 
 plan: $(VENV)/plan-installed
 	$(BIN)/python scripts/plan.py --case 3 --out out/case3
@@ -33,12 +33,14 @@ $(VENV)/pyvenv.cfg:
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade pip
 
-$(VENV)/plan-installed: $(VENV)/pyvenv.cfg pyproject.toml
-	$(BIN)/python -m pip install --quiet --editable .
+# Builds the native engine, which takes a minute or two.
+$(VENV)/plan-installed: $(VENV)/pyvenv.cfg pyproject.toml CMakeLists.txt $(wildcard engine/*)
+	$(BIN)/python -m pip install --quiet --editable . $(BUILD)
 	touch $@
 
-$(VENV)/test-installed: $(VENV)/pyvenv.cfg pyproject.toml
-	$(BIN)/python -m pip install --quiet --editable '.[dev]'
+# What is installed already stays as it is: this adds what the extra needs.
+$(VENV)/test-installed: $(VENV)/plan-installed
+	$(BIN)/python -m pip install --quiet 'humanoid_rail[dev]'
 	touch $@
 
 clean:

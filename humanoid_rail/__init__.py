@@ -4,6 +4,7 @@
 >>> trajectory = plan(load_robot(), load_scene("scenes/paper.yaml"))
 """
 
+from humanoid_rail.batch import WorkerDied, plan_many
 from humanoid_rail.description import build_urdf
 from humanoid_rail.errors import HumanoidRailError, InvalidInput
 from humanoid_rail.kinematics import Kinematics, State
@@ -35,6 +36,7 @@ __all__ = [
     "Status",
     "Trajectory",
     "Violation",
+    "WorkerDied",
     "build_urdf",
     "load_robot",
     "load_scene",
@@ -42,6 +44,7 @@ __all__ = [
     "paper_scene",
     "plan",
     "plan_case",
+    "plan_many",
     "read_trajectory",
     "robot_from_urdf",
     "write_trajectory",

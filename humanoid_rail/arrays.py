@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -13,3 +16,13 @@ def frozen(values: ArrayLike) -> Array:
     array = np.array(values, float)
     array.flags.writeable = False
     return array
+
+
+class FrozenArrays:
+    """Base of frozen dataclasses whose arrays stay read-only when they are copied or pickled."""
+
+    def __setstate__(self, state: Mapping[str, Any]) -> None:
+        for name, value in state.items():
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
+            object.__setattr__(self, name, value)

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from pathlib import Path
 
 import click
 from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
 
-from humanoid_rail.errors import HumanoidRailError
+from humanoid_rail.errors import HumanoidRailError, InvalidInput
 
 # Names of scenes and folders are printed as they are, whatever brackets or colons they hold.
 console = Console(highlight=False, markup=False, emoji=False)
@@ -41,6 +44,48 @@ def run(command: click.Command, arguments: Sequence[str] | None = None) -> None:
 def progress(what: str) -> AbstractContextManager[object]:
     """Show that something is going on, on stderr if that is a terminal."""
     return Console(stderr=True).status(f"{what} ...") if sys.stderr.isatty() else nullcontext()
+
+
+@contextmanager
+def progress_bar(what: str, total: int, shown: bool | None = None) -> Iterator[Callable[[int], None]]:
+    """Show on stderr how much of something is done.
+
+    Args:
+        what: What is going on.
+        total: How much there is to do.
+        shown: Whether to show it; by default if stderr is a terminal.
+
+    Yields:
+        A function to be told how much more is done.
+    """
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    hidden = not (sys.stderr.isatty() if shown is None else shown)
+    with Progress(*columns, console=Console(stderr=True), disable=hidden) as bar:
+        task = bar.add_task(what, total=total)
+        yield lambda more: bar.advance(task, more)
+
+
+def print_table(
+    name: str, title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], readme: Path | None = None
+) -> None:
+    """Print a table, and put it between the marks of its name in a Markdown file, if one is given.
+
+    Raises:
+        InvalidInput: If the file does not have the marks.
+    """
+    table = Table(*columns, title=title, title_justify="left")
+    for row in rows:
+        table.add_row(*row)
+    console.print(table)
+    if readme is not None:
+        lines = [columns, ["---"] * len(columns), *rows]
+        markdown = "\n".join(f"| {' | '.join(line)} |" for line in lines)
+        begin, end = f"<!-- {name} -->", f"<!-- /{name} -->"
+        before, begun, rest = readme.read_text(encoding="utf-8").partition(begin)
+        _, ended, after = rest.partition(end)
+        if not (begun and ended):
+            raise InvalidInput("readme", str(readme), f"a file with the marks {begin} and {end}")
+        readme.write_text(f"{before}{begin}\n{markdown}\n{end}{after}", encoding="utf-8")
 
 
 def has_display() -> bool:

@@ -1,4 +1,7 @@
-"""Integrates q_dot from a start until the hands reach their targets, or cannot."""
+"""Integrates q_dot from a start until the hands reach their targets, or cannot.
+
+This is the reference; `native.py` has the same in C++.
+"""
 
 from __future__ import annotations
 
@@ -12,11 +15,8 @@ from scipy.optimize import brentq
 from humanoid_rail.arrays import Array
 from humanoid_rail.kinematics import Kinematics, State
 from humanoid_rail.limits import Motion
-from humanoid_rail.resolution import Gains, lost_direction, task_error
+from humanoid_rail.resolution import METHODS, Gains, lost_direction, task_error
 from humanoid_rail.trajectory import Status
-
-Method = Callable[[State, Array, Gains], Array]
-"""q_dot (n,) from a state, the targets (h, 3) and the gains."""
 
 MAX_EVALUATIONS = 10_000
 """Evaluations of q_dot after which a motion is called stalled."""
@@ -24,14 +24,30 @@ PATIENCE = 0.25
 """How long a motion may stay at a singularity that keeps a hand from its target, in time constants 1 / min(K)."""
 
 
+@dataclass(frozen=True)
+class Settings:
+    """When a motion ends, how it is sampled and how precisely it is integrated."""
+
+    tolerance: float
+    """Norm of e that ends the motion, m."""
+    dt: float
+    """Time between samples, s."""
+    max_time: float
+    """Longest motion, s."""
+    rtol: float
+    """Relative tolerance of the integrator."""
+    atol: float
+    """Absolute tolerance of the integrator, m and rad."""
+
+
 @dataclass(frozen=True, eq=False)
 class Integration:
-    """A motion q(t) and why it ended."""
+    """A sampled motion and why it ended."""
 
-    q_of_t: Callable[[Array], Array]
-    """Configurations (N, n) at times (N,)."""
-    end: float
-    """T, s."""
+    t: Array
+    """Times (N,): 0, dt, 2 dt, ... and the end, s."""
+    q: Array
+    """Configurations (N, n), m and rad."""
     status: Status
     reason: str
     evaluations: int
@@ -41,29 +57,19 @@ class Integration:
 
 
 def integrate(
-    kinematics: Kinematics,
-    method: Method,
-    start: Array,
-    targets: Array,
-    gains: Gains,
-    tolerance: float,
-    max_time: float,
-    rtol: float,
-    atol: float,
+    kinematics: Kinematics, method: str, start: Array, targets: Array, gains: Gains, settings: Settings
 ) -> Integration:
     """Integrate q_dot from the start until |e| falls to the tolerance or nothing more can come of it.
 
     Args:
         kinematics: The robot among its obstacles.
-        method: q_dot from a state, the targets and the gains.
+        method: Name of how q_dot is found.
         start: Configuration (n,) at t = 0.
         targets: x_f (h, 3), m.
         gains: Parameters of the method.
-        tolerance: Norm of e that ends the motion, m.
-        max_time: Longest motion, s.
-        rtol: Relative tolerance of the integrator.
-        atol: Absolute tolerance of the integrator, m and rad.
+        settings: When to end, how to sample, how precise to be.
     """
+    q_dot = METHODS[method]
     K = gains.diagonal(targets.size)
     latest = kinematics.state(start)
 
@@ -75,69 +81,93 @@ def integrate(
         return latest
 
     def velocity(_: float, q: Array) -> Array:
-        return method(state_at(q), targets, gains)
+        return q_dot(state_at(q), targets, gains)
 
     def distance(q: Array) -> float:
         return float(np.linalg.norm(kinematics.hand_positions(q) - targets))
 
-    def still(_: Array) -> Array:
-        return start[None, :]
-
     times: list[float] = [0.0]
     steps: list[DenseOutput] = []
     places, velocities = [start], [np.zeros(start.size)]
+    evaluations = 0
 
-    def visited() -> Motion:
-        return Motion(np.array(times[: len(places)]), np.array(places), np.array(velocities))
+    def ended(status: Status, left: float, broken: str = "") -> Integration:
+        t = sample_times(times[-1], settings.dt)
+        q = OdeSolution(times, steps)(t).T if steps else start[None, :]
+        reason = explain(status, times[-1], left, evaluations, settings, broken)
+        visited = Motion(np.array(times[: len(places)]), np.array(places), np.array(velocities))
+        return Integration(t, q, status, reason, evaluations, visited)
 
-    if distance(start) <= tolerance:
-        reason = f"the hands start within {tolerance:g} m of their targets"
-        return Integration(still, 0.0, Status.REACHED, reason, 0, visited())
+    left = distance(start)
+    if left <= settings.tolerance:
+        return ended(Status.REACHED, left)
 
-    solver = RK45(velocity, 0.0, start, max_time, rtol=rtol, atol=atol)
+    solver = RK45(velocity, 0.0, start, settings.max_time, rtol=settings.rtol, atol=settings.atol)
     velocities = [solver.f]
-
-    def q_of_t(t: Array) -> Array:
-        samples: Array = OdeSolution(times, steps)(t).T
-        return samples
-
-    def ended(status: Status, reason: str) -> Integration:
-        motion = q_of_t if steps else still
-        return Integration(motion, times[-1], status, reason, solver.nfev, visited())
-
     singular_since = np.inf
     while True:
         message = solver.step()
+        evaluations = solver.nfev
         if solver.status == "failed":
-            return ended(Status.STALLED, f"the integrator gave up at t = {times[-1]:.4g} s: {message}")
+            return ended(Status.STALLED, left, message or "unknown")
         step = solver.dense_output()
         times.append(solver.t)
         steps.append(step)
         left = distance(solver.y)
-        if left <= tolerance:
-            times[-1] = _time_of_arrival(step, distance, tolerance)
-            return ended(Status.REACHED, f"|e| fell to {tolerance:g} m after {times[-1]:.4f} s")
+        if left <= settings.tolerance:
+            times[-1] = _time_of_arrival(step, distance, settings.tolerance)
+            return ended(Status.REACHED, left)
         places.append(solver.y)
         velocities.append(solver.f)
-        if _is_held_by_singularity(state_at(solver.y), targets, tolerance):
-            singular_since = min(singular_since, solver.t)
-        else:
-            singular_since = np.inf
-        exhausted = solver.nfev > MAX_EVALUATIONS
-        if solver.t - singular_since > PATIENCE / K.min() or (exhausted and singular_since < np.inf):
-            return ended(
-                Status.SINGULAR,
-                f"|e| is {left:.4g} m at t = {solver.t:.4g} s: an arm is stretched to a singularity that keeps "
-                "its hand from the target, which may be out of reach",
-            )
+        held = _is_held_by_singularity(state_at(solver.y), targets, settings.tolerance)
+        singular_since = min(singular_since, solver.t) if held else np.inf
+        exhausted = evaluations > MAX_EVALUATIONS
+        if solver.t - singular_since > PATIENCE / K.min() or (exhausted and held):
+            return ended(Status.SINGULAR, left)
         if exhausted:
-            return ended(
-                Status.STALLED,
-                f"|e| is {left:.4g} m at t = {solver.t:.4g} s after {solver.nfev} evaluations of q_dot, the most "
-                "allowed; often q_dot jumps to and fro because the nearest points of links and obstacles do",
-            )
+            return ended(Status.STALLED, left)
         if solver.status == "finished":
-            return ended(Status.TIME_LIMIT, f"|e| is {left:.4g} m after the longest motion allowed, {max_time:g} s")
+            return ended(Status.TIME_LIMIT, left)
+
+
+def explain(status: Status, end: float, left: float, evaluations: int, settings: Settings, broken: str) -> str:
+    """Return a status in a sentence, with numbers.
+
+    Args:
+        status: What became of the targets.
+        end: T, s.
+        left: |e| there, m.
+        evaluations: Number of evaluations of q_dot.
+        settings: Tolerance and longest motion.
+        broken: Why the integrator could not go on, if that is how it ended.
+    """
+    where = f"|e| is {left:.4g} m at t = {end:.4g} s"
+    match status:
+        case Status.REACHED if evaluations == 0:
+            return f"the hands start within {settings.tolerance:g} m of their targets"
+        case Status.REACHED:
+            return f"|e| fell to {settings.tolerance:g} m after {end:.4f} s"
+        case Status.TIME_LIMIT:
+            return f"|e| is {left:.4g} m after the longest motion allowed, {settings.max_time:g} s"
+        case Status.SINGULAR:
+            return (
+                f"{where}: an arm is stretched to a singularity that keeps its hand from the target, "
+                "which may be out of reach"
+            )
+        case Status.STALLED if broken:
+            return f"{where}, where the integrator gave up: {broken}"
+        case Status.STALLED:
+            return (
+                f"{where} after {evaluations} evaluations of q_dot, the most allowed; often q_dot jumps to and fro "
+                "because the nearest points of links and obstacles do"
+            )
+
+
+def sample_times(end: float, dt: float) -> Array:
+    """Return 0, dt, 2 dt, ... and the end, s."""
+    regular = dt * np.arange(int(np.floor(end / dt)) + 1)
+    # A last multiple that is the end up to rounding would make an interval of no length.
+    return np.append(regular[regular < end - 1e-9 * dt], end)
 
 
 def _time_of_arrival(step: DenseOutput, distance: Callable[[Array], float], tolerance: float) -> float:

@@ -1,5 +1,7 @@
 """What is true of a robot among obstacles at one configuration: eq. 2.1, 2.2, 3.4 and the psi of eq. 3.3.
 
+This is the reference; `native.py` has the same in C++.
+
 Shapes: n actuated joints, h hands, L links (collision bodies), O obstacles. Metres and radians, in the base frame.
 """
 
@@ -46,8 +48,21 @@ class Measurement(NamedTuple):
     """The values of a :class:`State` without its derivatives."""
 
     hands: Array
+    """(h, 3), m."""
     manipulability: float
     clearance: Array
+    """(L, O), m; infinite where it was not asked for."""
+
+
+class Course(NamedTuple):
+    """What is true along a motion of N configurations."""
+
+    hands: Array
+    """(N, h, 3), m."""
+    manipulability: Array
+    """(N,)."""
+    clearance: Array
+    """Signed distance of the nearest link from each obstacle (N, O), m; infinite where it was not asked for."""
 
 
 class Kinematics:
@@ -81,8 +96,13 @@ class Kinematics:
             clearance_gradient=clearance_gradient,
         )
 
-    def measure(self, q: ArrayLike) -> Measurement:
-        """Return hands, manipulability and clearances at a configuration (n,), without derivatives."""
+    def measure(self, q: ArrayLike, horizon: float = np.inf) -> Measurement:
+        """Return hands, manipulability and clearances at a configuration (n,), without derivatives.
+
+        Args:
+            q: Configuration (n,), m and rad.
+            horizon: Clearances beyond it are given as infinite, save the smallest of all, m.
+        """
         robot = self.robot
         full = robot.full_configuration(q)
         pin.computeJointJacobians(robot.model, self._data, full)
@@ -91,7 +111,16 @@ class Kinematics:
         clearance = np.array(
             [[self._nearest(link, obstacle).distance for obstacle in self.obstacles] for link in self._links()]
         ).reshape(len(robot.link_names), len(self.obstacles))
-        return Measurement(self._hands(), manipulability(arms), clearance)
+        return Measurement(self._hands(), manipulability(arms), _up_to(horizon, clearance))
+
+    def along(self, q: ArrayLike, horizon: float = np.inf) -> Course:
+        """Return the same for each configuration of a motion (N, n), clearances those of the nearest link."""
+        measured = [self.measure(row, horizon) for row in np.asarray(q, float)]
+        return Course(
+            hands=np.array([m.hands for m in measured]),
+            manipulability=np.array([m.manipulability for m in measured]),
+            clearance=np.array([m.clearance.min(axis=0) for m in measured]),
+        )
 
     def hand_positions(self, q: ArrayLike) -> Array:
         """Return f(q) of eq. 2.1 (h, 3), m."""
@@ -175,6 +204,11 @@ class Kinematics:
             distance = coal.distance(link.shape, link.placement, piece.shape, piece.placement, self._request, result)
             pieces.append(_Nearest(distance, result.getNearestPoint1(), result.normal))
         return min(pieces, key=lambda nearest: nearest.distance)
+
+
+def _up_to(horizon: float, clearance: Array) -> Array:
+    """Return clearances with those beyond the horizon infinite, save the smallest."""
+    return np.where(clearance <= max(horizon, clearance.min(initial=np.inf)), clearance, np.inf)
 
 
 class _Nearest(NamedTuple):

@@ -54,18 +54,19 @@ def limit_violations(robot: Robot, *motions: Motion) -> tuple[Violation, ...]:
     t = np.concatenate([motion.t for motion in motions])
     q = np.vstack([motion.q for motion in motions])
     velocity = np.vstack([motion.velocity for motion in motions])
-    found = []
-    for j, joint in enumerate(robot.joint_names):
-        limit = robot.velocity_limit[j]
-        found.append(_worst(joint, "position", t, q[:, j], robot.lower[j], robot.upper[j]))
-        found.append(_worst(joint, "velocity", t, velocity[:, j], -limit, limit))
-    return tuple(violation for violation in found if violation)
+    found = [
+        *_worst(robot, "position", t, q, robot.lower, robot.upper),
+        *_worst(robot, "velocity", t, velocity, -robot.velocity_limit, robot.velocity_limit),
+    ]
+    return tuple(sorted(found, key=lambda violation: robot.joint_names.index(violation.joint)))
 
 
-def _worst(joint: str, quantity: str, t: Array, values: Array, lower: float, upper: float) -> Violation | None:
+def _worst(robot: Robot, quantity: str, t: Array, values: Array, lower: Array, upper: Array) -> list[Violation]:
+    """Return for each joint beyond its limits where it is farthest beyond them."""
     excess = np.maximum(values - upper, lower - values)
-    i = int(excess.argmax())
-    if excess[i] <= ROUNDING:
-        return None
-    limit = upper if values[i] > upper else lower
-    return Violation(joint, quantity, float(values[i]), float(limit), float(t[i]))
+    found = []
+    for j in np.flatnonzero(excess.max(axis=0) > ROUNDING):
+        i = int(excess[:, j].argmax())
+        limit = upper[j] if values[i, j] > upper[j] else lower[j]
+        found.append(Violation(robot.joint_names[j], quantity, float(values[i, j]), float(limit), float(t[i])))
+    return found

@@ -13,7 +13,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from humanoid_rail.arrays import Array, frozen
+from humanoid_rail.arrays import Array, FrozenArrays, frozen
 from humanoid_rail.description import build_urdf
 from humanoid_rail.errors import MISSING, InvalidInput
 from humanoid_rail.resources import resource
@@ -39,7 +39,7 @@ class Hand:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Robot:
+class Robot(FrozenArrays):
     """A robot whose joints follow its actuated ones linearly: q_full = S q + s0.
 
     The passive joints are ordinary joints of the Pinocchio model, moved by the coupling, because Pinocchio's own mimic

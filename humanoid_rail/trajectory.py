@@ -15,7 +15,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from humanoid_rail.arrays import Array, frozen
+from humanoid_rail.arrays import Array, FrozenArrays, frozen
 from humanoid_rail.errors import InvalidInput
 from humanoid_rail.limits import Violation
 
@@ -34,7 +34,7 @@ class Status(StrEnum):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Trajectory:
+class Trajectory(FrozenArrays):
     """A planned motion, sampled. Arrays are read-only. N samples, n joints, h hands, O obstacles."""
 
     t: Array
@@ -44,7 +44,11 @@ class Trajectory:
     hands: Array
     """Positions of the hands (N, h, 3), m, in the base frame."""
     clearance: Array
-    """Signed distance of the nearest link from each obstacle (N, O), m."""
+    """Signed distance of the nearest link from each obstacle (N, O), m.
+
+    Infinite where it is beyond the activation distance and was not asked for (`far_clearances` of :func:`plan`); the
+    smallest of each sample is always there.
+    """
     manipulability: Array
     """mu of eq. 3.4 (N,)."""
     status: Status
@@ -65,6 +69,8 @@ class Trajectory:
     """Name of the scene."""
     method: str
     """How q_dot was found."""
+    engine: str
+    """What computed it, `native` or `python`."""
     settings: Mapping[str, float | Sequence[float]]
     """The arguments of :func:`plan`: gains, tolerances and times."""
 
@@ -111,6 +117,7 @@ class Trajectory:
             "violations": [asdict(violation) for violation in self.violations],
             "scene": self.scene,
             "method": self.method,
+            "engine": self.engine,
             "settings": dict(self.settings),
             "joint_names": list(self.joint_names),
             "hand_names": list(self.hand_names),
@@ -200,6 +207,7 @@ def read_trajectory(folder: str | Path) -> Trajectory:
                 hand_names=tuple(summary["hand_names"]),
                 scene=summary["scene"],
                 method=summary["method"],
+                engine=summary["engine"],
                 settings=summary["settings"],
             )
     except (OSError, ValueError, KeyError, TypeError, BadZipFile) as error:

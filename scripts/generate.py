@@ -1,11 +1,13 @@
-"""Write the files that are made from others: the built URDF and the JSON Schema of scenes."""
+"""Write the files that are made from others: the built URDF, the JSON Schema of scenes, the types of the extension."""
 
 from __future__ import annotations
 
 import json
 from pathlib import Path
 
-from humanoid_rail import build_urdf, load_robot
+from nanobind.stubgen import StubGen
+
+from humanoid_rail import _engine, build_urdf, load_robot
 from humanoid_rail.scene import scene_schema
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -15,8 +17,17 @@ def generated() -> dict[Path, str]:
     """Return what the files should hold, by path relative to the repository."""
     return {
         Path("robots/humanoid_rail.urdf"): build_urdf(),
+        Path("humanoid_rail/_engine.pyi"): engine_types(),
         Path("humanoid_rail/scene.schema.json"): json.dumps(scene_schema(load_robot()), indent=2) + "\n",
     }
+
+
+def engine_types() -> str:
+    """Return the stub of the native engine."""
+    generator = StubGen(_engine)
+    generator.put(_engine)
+    stub: str = generator.get()
+    return stub
 
 
 if __name__ == "__main__":

@@ -23,7 +23,8 @@ from humanoid_rail import (
     write_trajectory,
 )
 from humanoid_rail.cli import console, has_display, progress, run
-from humanoid_rail.planner import METHODS
+from humanoid_rail.engines import ENGINES
+from humanoid_rail.resolution import METHODS
 from humanoid_rail.trajectory import check_folder
 from humanoid_rail.viewer import playback_html, show
 
@@ -43,6 +44,7 @@ def numbers(_context: click.Context, _option: click.Parameter, text: str | None)
 @click.argument("scene_file", metavar="[SCENE]", required=False)
 @click.option("--case", "case", type=int, help="A case of the paper, 1, 2 or 3, instead of SCENE.")
 @click.option("--method", default="gradient-projection", help=f"One of {', '.join(METHODS)}.", show_default=True)
+@click.option("--engine", default="native", help=f"One of {', '.join(ENGINES)}.", show_default=True)
 @click.option("--epsilon", type=float, help="Activation distance of the obstacle penalty, m  [1.0]")
 @click.option("--c-mu", type=float, help="Gain of the manipulability's gradient  [1.0]")
 @click.option("--c-kappa", type=float, help="Gain of the obstacle penalty's gradient  [1.0]")
@@ -106,7 +108,10 @@ def report(title: str, trajectory: Trajectory) -> None:
     if trajectory.limits_ok:
         table.add_row("within limits", "yes")
     table.add_row("manipulability", f"{trajectory.manipulability[0]:.3f} to {trajectory.manipulability[-1]:.3f}")
-    table.add_row("planning", f"{trajectory.planning_time:.3f} s, {trajectory.evaluations} evaluations of q_dot")
+    table.add_row(
+        "planning",
+        f"{1e3 * trajectory.planning_time:.1f} ms ({trajectory.engine}), {trajectory.evaluations} evaluations of q_dot",
+    )
     console.print(table)
 
 

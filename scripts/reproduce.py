@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
@@ -11,10 +10,9 @@ from typing import NamedTuple
 import click
 import numpy as np
 from matplotlib.figure import Figure
-from rich.table import Table
 
-from humanoid_rail import HumanoidRailError, InvalidInput, load_robot
-from humanoid_rail.cli import console, run
+from humanoid_rail import HumanoidRailError, load_robot
+from humanoid_rail.cli import console, print_table, run
 from humanoid_rail.figures import clearance_figure, manipulability_figure, motion_figure, sweep_figure
 from humanoid_rail.paper import CASES, SETTINGS, SweepPoint, bisect_claims, claims, paper_scene, plan_case, sweep_point
 from humanoid_rail.trajectory import check_folder
@@ -44,32 +42,15 @@ def main(folder: str, sweep: bool, readme: Path | None) -> None:
         save(figure, out, f"figure_{first + 2:02d}_manipulability")
 
     rows = [[c.statement, c.paper, c.computed, "yes" if c.holds else "NO"] for c in claims(robot, cases)]
-    report("claims", f"Section 5, activation distance {SETTINGS['epsilon']:g} m", CLAIM_COLUMNS, rows, readme)
+    print_table("claims", f"Section 5, activation distance {SETTINGS['epsilon']:g} m", CLAIM_COLUMNS, rows, readme)
     if sweep:
         sweeps = find_ranges()
         save(sweep_figure([(s.robot, s.points, (s.low, s.high)) for s in sweeps]), out, "sweep_activation_distance")
         ranges = [
             [s.robot, f"{s.low:.3f} m", ", ".join(s.below), f"{s.high:.3f} m", ", ".join(s.above)] for s in sweeps
         ]
-        report("ranges", "Activation distances at which all claims hold at once", RANGE_COLUMNS, ranges, readme)
+        print_table("ranges", "Activation distances at which all claims hold at once", RANGE_COLUMNS, ranges, readme)
     console.print(f"Figures: {out}", soft_wrap=True)
-
-
-def report(name: str, title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], readme: Path | None) -> None:
-    """Print a table, and put it between the marks of its name in a Markdown file."""
-    table = Table(*columns, title=title, title_justify="left")
-    for row in rows:
-        table.add_row(*row)
-    console.print(table)
-    if readme is not None:
-        lines = [columns, ["---"] * len(columns), *rows]
-        markdown = "\n".join(f"| {' | '.join(line)} |" for line in lines)
-        begin, end = f"<!-- {name} -->", f"<!-- /{name} -->"
-        before, begun, rest = readme.read_text(encoding="utf-8").partition(begin)
-        _, ended, after = rest.partition(end)
-        if not (begun and ended):
-            raise InvalidInput("readme", str(readme), f"a file with the marks {begin} and {end}")
-        readme.write_text(f"{before}{begin}\n{markdown}\n{end}{after}", encoding="utf-8")
 
 
 class Sweep(NamedTuple):

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
+from typing import Any, Protocol
 
 import numpy as np
 import pytest
 
-from humanoid_rail import Robot, Scene, load_robot, paper_scene
+import humanoid_rail
+from humanoid_rail import Robot, Scene, Trajectory, load_robot, paper_scene
+from humanoid_rail.engines import ENGINES, get_engine, why_not_native
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "scripts"))
@@ -36,6 +41,30 @@ def scene() -> Scene:
 @pytest.fixture
 def rng() -> np.random.Generator:
     return np.random.default_rng(20190101)
+
+
+@pytest.fixture(scope="session", params=ENGINES)
+def engine(request: pytest.FixtureRequest) -> str:
+    """Each engine in turn. Where there is a compiler the native one has to be there."""
+    if request.param == "native" and why_not_native() and not shutil.which("c++"):
+        pytest.skip("no C++ compiler")
+    return request.param
+
+
+@pytest.fixture(scope="session")
+def Kinematics(engine: str) -> type:
+    """The class of each engine."""
+    return get_engine(engine).kinematics
+
+
+class Plan(Protocol):
+    def __call__(self, robot: Robot, scene: Scene, **arguments: Any) -> Trajectory: ...
+
+
+@pytest.fixture(scope="session")
+def plan(engine: str) -> Plan:
+    """`humanoid_rail.plan` with each engine."""
+    return partial(humanoid_rail.plan, engine=engine)
 
 
 def random_q(robot: Robot, rng: np.random.Generator) -> np.ndarray:

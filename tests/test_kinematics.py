@@ -13,7 +13,7 @@ from conftest import assert_gradient, central_difference, random_q
 from scipy.spatial import cKDTree
 from trimesh.transformations import translation_matrix as translation
 
-from humanoid_rail import Box, Capsule, HalfSpace, Kinematics, Mesh, Robot, Sphere, dh, load_robot
+from humanoid_rail import Box, Capsule, HalfSpace, Mesh, Robot, Sphere, dh, load_robot
 from humanoid_rail.kinematics import manipulability_gradient
 from humanoid_rail.obstacles import Obstacle
 
@@ -26,7 +26,7 @@ def dh_manipulability(q: np.ndarray) -> float:
     return float(np.sqrt(max(np.linalg.det(J @ J.T), 0.0)))
 
 
-def test_hands_and_jacobian_are_the_papers(robot: Robot, rng: np.random.Generator) -> None:
+def test_hands_and_jacobian_are_the_papers(robot: Robot, rng: np.random.Generator, Kinematics: type) -> None:
     kinematics = Kinematics(robot)
     for _ in range(50):
         q = random_q(robot, rng)
@@ -40,7 +40,7 @@ def test_hands_and_jacobian_are_the_papers(robot: Robot, rng: np.random.Generato
         assert not state.jacobian[3:, 4:8].any()
 
 
-def test_manipulability_is_eq_3_4(robot: Robot, rng: np.random.Generator) -> None:
+def test_manipulability_is_eq_3_4(robot: Robot, rng: np.random.Generator, Kinematics: type) -> None:
     kinematics = Kinematics(robot)
     assert kinematics.state(robot.initial).manipulability == pytest.approx(2.0, abs=1e-12)
     for _ in range(50):
@@ -51,7 +51,7 @@ def test_manipulability_is_eq_3_4(robot: Robot, rng: np.random.Generator) -> Non
         assert state.manipulability == pytest.approx(dh_manipulability(q), rel=1e-6, abs=1e-7)
 
 
-def test_manipulability_depends_on_the_arms_alone(robot: Robot, rng: np.random.Generator) -> None:
+def test_manipulability_depends_on_the_arms_alone(robot: Robot, rng: np.random.Generator, Kinematics: type) -> None:
     kinematics = Kinematics(robot)
     q, other = random_q(robot, rng), random_q(robot, rng)
     other[ARMS] = q[ARMS]
@@ -59,7 +59,7 @@ def test_manipulability_depends_on_the_arms_alone(robot: Robot, rng: np.random.G
     np.testing.assert_allclose(kinematics.state(q).manipulability_gradient[:4], 0.0, atol=1e-13)
 
 
-def test_manipulability_gradient(robot: Robot, rng: np.random.Generator) -> None:
+def test_manipulability_gradient(robot: Robot, rng: np.random.Generator, Kinematics: type) -> None:
     kinematics = Kinematics(robot)
     for _ in range(50):
         q = random_q(robot, rng)
@@ -67,7 +67,9 @@ def test_manipulability_gradient(robot: Robot, rng: np.random.Generator) -> None
 
 
 @pytest.mark.parametrize("distance", [1e-3, 1e-6])
-def test_manipulability_gradient_next_to_a_singularity(robot: Robot, rng: np.random.Generator, distance: float) -> None:
+def test_manipulability_gradient_next_to_a_singularity(
+    robot: Robot, rng: np.random.Generator, distance: float, Kinematics: type
+) -> None:
     """The left arm is singular where its forearm points along the axis of the shoulder's first joint."""
     kinematics = Kinematics(robot)
     q = random_q(robot, rng)
@@ -108,7 +110,7 @@ def obstacles(cube: str) -> dict[str, tuple[Obstacle, ...]]:
 @pytest.mark.parametrize("kind", ["sphere", "box", "capsule", "halfspace", "mesh"])
 @pytest.mark.parametrize("radius", [0.05, 0.0])
 def test_clearance_gradients_on_both_sides_of_contact(
-    kind: str, radius: float, cube_file: str, rng: np.random.Generator
+    kind: str, radius: float, cube_file: str, rng: np.random.Generator, Kinematics: type
 ) -> None:
     """Every column, of every link and obstacle; configurations where the nearest point jumps are left out."""
     robot = load_robot(link_radius=radius)
@@ -138,7 +140,9 @@ def segment_distance(a: np.ndarray, b: np.ndarray, p: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize("radius", [0.05, 0.0])
-def test_clearance_of_spheres_and_half_spaces_is_the_analytic_one(radius: float, rng: np.random.Generator) -> None:
+def test_clearance_of_spheres_and_half_spaces_is_the_analytic_one(
+    radius: float, rng: np.random.Generator, Kinematics: type
+) -> None:
     robot = load_robot(link_radius=radius)
     center, normal = np.array([-0.5, 1.5, 2.8]), np.array([0.3, 0.4, 1.2])
     kinematics = Kinematics(robot, (Sphere(center=center, radius=0.4), HalfSpace(normal=normal, offset=2.6)))
@@ -166,7 +170,9 @@ def distance_between(link: np.ndarray, inside: np.ndarray) -> float:
     return float(cKDTree(inside).query(along)[0].min())
 
 
-def test_capsules_and_boxes_are_where_rpy_and_size_put_them(robot: Robot, rng: np.random.Generator) -> None:
+def test_capsules_and_boxes_are_where_rpy_and_size_put_them(
+    robot: Robot, rng: np.random.Generator, Kinematics: type
+) -> None:
     """All three angles, the length between the end spheres, the full edge lengths; against points of the solids."""
     for _ in range(8):
         rpy, center = rng.uniform(-3, 3, 3), rng.uniform([-1.5, 0, 1.5], [1.5, 4, 4], 3)
@@ -183,7 +189,7 @@ def test_capsules_and_boxes_are_where_rpy_and_size_put_them(robot: Robot, rng: n
                 assert to_box == pytest.approx(distance_between(bone, solid) - 0.05, abs=2e-2)
 
 
-def test_a_mesh_of_several_pieces_is_as_near_as_its_nearest(robot: Robot, tmp_path: Path) -> None:
+def test_a_mesh_of_several_pieces_is_as_near_as_its_nearest(robot: Robot, tmp_path: Path, Kinematics: type) -> None:
     """An L of two boxes, against the two boxes, from everywhere."""
     upright = trimesh.creation.box((0.2, 0.4, 1.0), transform=translation([0.0, 0.0, 0.5]))
     foot = trimesh.creation.box((0.8, 0.4, 0.2), transform=translation([0.3, 0.0, 0.1]))
@@ -206,7 +212,7 @@ def test_a_mesh_of_several_pieces_is_as_near_as_its_nearest(robot: Robot, tmp_pa
             assert (psi[expected < -2e-3, 0] < 0).all()
 
 
-def test_a_mesh_has_an_inside(robot: Robot, cube_file: str) -> None:
+def test_a_mesh_has_an_inside(robot: Robot, cube_file: str, Kinematics: type) -> None:
     """A link wholly inside a mesh is in penetration, as it is inside the same box."""
     where = dh.bones(robot.initial)["left_forearm"].mean(axis=0)
     mesh, box = Mesh(file=cube_file, center=where, scale=4.0), Box(center=where, size=[4.0, 4.0, 4.0])
@@ -215,7 +221,7 @@ def test_a_mesh_has_an_inside(robot: Robot, cube_file: str) -> None:
     np.testing.assert_allclose(clearance[:, 0], clearance[:, 1], atol=1e-6)
 
 
-def test_no_obstacles(robot: Robot) -> None:
+def test_no_obstacles(robot: Robot, Kinematics: type) -> None:
     state = Kinematics(robot).state(robot.initial)
     assert state.clearance.shape == (9, 0)
     assert state.clearance_gradient.shape == (9, 0, 12)

@@ -8,14 +8,23 @@ import sys
 import zipfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 from conftest import ROOT
 
+from humanoid_rail.engines import why_not_native
 
-def python(code: str, *, cwd: Path, path: Path | None = None) -> str:
-    environment = {"PYTHONPATH": str(path), "PATH": "/usr/bin:/bin"} if path else None
+
+def python(code: str, *, cwd: Path, site: Path | None = None) -> str:
+    """Run code; given a folder of packages, with those and all that are installed, but without editable installs."""
+    options = []
+    if site is not None:
+        installed = Path(np.__file__).parent.parent
+        cmeel = installed / "cmeel.prefix" / "lib" / f"python{sys.version_info[0]}.{sys.version_info[1]}"
+        paths = [str(path) for path in (site, installed, cmeel / "site-packages")]
+        options, code = ["-S"], f"import sys; sys.path[:0] = {paths!r}\n{code}"
     result = subprocess.run(
-        [sys.executable, "-c", code], cwd=cwd, env=environment, capture_output=True, text=True, check=False
+        [sys.executable, *options, "-c", code], cwd=cwd, capture_output=True, text=True, check=False
     )
     assert result.returncode == 0, result.stderr
     return result.stdout
@@ -60,11 +69,11 @@ import humanoid_rail
 robot = humanoid_rail.load_robot(link_radius=0.03, l_l3=0.9)
 trajectory = humanoid_rail.plan(robot, humanoid_rail.paper_scene(), dt=0.5)
 print(humanoid_rail.__file__)
-print(trajectory.status)
+print(trajectory.status, trajectory.engine)
 """
-    where, status = python(code, cwd=tmp_path, path=site).split()
+    where, status, engine = python(code, cwd=tmp_path, site=site).split()
     assert Path(where).is_relative_to(site)
-    assert status == "reached"
+    assert (status, engine) == ("reached", "native" if why_not_native() is None else "python")
 
 
 def test_the_wheel_holds_what_it_should(wheel: Path) -> None:
@@ -74,6 +83,8 @@ def test_the_wheel_holds_what_it_should(wheel: Path) -> None:
         robots | {"humanoid_rail/scenes/paper.yaml", "humanoid_rail/py.typed", "humanoid_rail/scene.schema.json"}
         <= names
     )
+    assert not [name for name in names if "dev" in name.split("/")]
+    assert any("_engine." in name and name.endswith(".so") for name in names) or why_not_native() is not None
     top = {name.split("/")[0] for name in names}
     assert {name for name in top if not name.endswith(".dist-info")} == {"humanoid_rail"}
 

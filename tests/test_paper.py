@@ -10,8 +10,8 @@ from humanoid_rail.paper import CASES, bisect_claims, claims, closed_form_durati
 
 
 @pytest.fixture(scope="module")
-def cases(robot: Robot) -> dict[int, Trajectory]:
-    return {i: plan_case(robot, i) for i in CASES}
+def cases(robot: Robot, engine: str) -> dict[int, Trajectory]:
+    return {i: plan_case(robot, i, engine=engine) for i in CASES}
 
 
 def test_every_claim_holds(robot: Robot, cases: dict[int, Trajectory]) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from conftest import assert_gradient, random_q
 
-from humanoid_rail import Gains, InvalidInput, Kinematics, Robot, Scene
+from humanoid_rail import Gains, InvalidInput, Robot, Scene
 from humanoid_rail.resolution import (
     MAX_DAMPING,
     SINGULAR_VALUE,
@@ -28,13 +28,13 @@ from humanoid_rail.resolution import (
 TARGETS = np.array([[-2.0, 2.0, 4.0], [-2.0, 4.0, 4.0]])
 
 
-def regular_jacobians(robot: Robot, rng: np.random.Generator, n: int = 100) -> list[np.ndarray]:
+def regular_jacobians(robot: Robot, rng: np.random.Generator, Kinematics: type, n: int = 100) -> list[np.ndarray]:
     jacobians = [Kinematics(robot).state(random_q(robot, rng)).jacobian for _ in range(n)]
     return [J for J in jacobians if np.linalg.svd(J, compute_uv=False)[-1] > SINGULAR_VALUE]
 
 
-def test_the_identities_of_section_4(robot: Robot, rng: np.random.Generator) -> None:
-    jacobians = regular_jacobians(robot, rng)
+def test_the_identities_of_section_4(robot: Robot, rng: np.random.Generator, Kinematics: type) -> None:
+    jacobians = regular_jacobians(robot, rng, Kinematics)
     assert len(jacobians) > 50
     for J in jacobians:
         inverse, projector = pseudoinverse(J), null_space_projector(J)
@@ -45,28 +45,30 @@ def test_the_identities_of_section_4(robot: Robot, rng: np.random.Generator) -> 
         np.testing.assert_allclose(inverse, J.T @ np.linalg.inv(J @ J.T), rtol=1e-7, atol=1e-9)
 
 
-def test_the_printed_forms_are_misprints(robot: Robot) -> None:
+def test_the_printed_forms_are_misprints(robot: Robot, Kinematics: type) -> None:
     """J^T (J J^T) is no right inverse, and I - J J# is 6 x 6 and zero."""
     J = Kinematics(robot).state(robot.initial).jacobian
     assert abs(J @ J.T @ (J @ J.T) - np.eye(6)).max() > 1.0
     np.testing.assert_allclose(np.eye(6) - J @ pseudoinverse(J), 0.0, atol=1e-12)
 
 
-def test_4_6_is_the_shortest_solution_of_4_4(robot: Robot, rng: np.random.Generator) -> None:
-    for J in regular_jacobians(robot, rng, 20):
+def test_4_6_is_the_shortest_solution_of_4_4(robot: Robot, rng: np.random.Generator, Kinematics: type) -> None:
+    for J in regular_jacobians(robot, rng, Kinematics, 20):
         K, e = rng.uniform(0.5, 2.0, 6), rng.normal(size=6)
         velocity = primary_velocity(J, K, e)
         np.testing.assert_allclose(J @ velocity + K * e, 0.0, atol=1e-11)
         np.testing.assert_allclose(velocity, np.linalg.lstsq(J, -K * e, rcond=None)[0], atol=1e-10)
 
 
-def test_4_7_leaves_the_hands_alone(robot: Robot, rng: np.random.Generator) -> None:
-    for J in regular_jacobians(robot, rng, 20):
+def test_4_7_leaves_the_hands_alone(robot: Robot, rng: np.random.Generator, Kinematics: type) -> None:
+    for J in regular_jacobians(robot, rng, Kinematics, 20):
         primary, secondary = rng.normal(size=12), rng.normal(size=12)
         np.testing.assert_allclose(J @ redundant_velocity(primary, J, secondary), J @ primary, atol=1e-11)
 
 
-def test_4_8_is_the_gradient_of_the_secondary_objectives(robot: Robot, scene: Scene, rng: np.random.Generator) -> None:
+def test_4_8_is_the_gradient_of_the_secondary_objectives(
+    robot: Robot, scene: Scene, rng: np.random.Generator, Kinematics: type
+) -> None:
     kinematics = Kinematics(robot, scene.obstacles)
     for c_mu, c_kappa in ((1.0, 0.0), (0.0, 1.0), (0.7, 1.9)):
         gains = Gains(c_mu=c_mu, c_kappa=c_kappa, epsilon=1.0)
@@ -80,7 +82,7 @@ def test_4_8_is_the_gradient_of_the_secondary_objectives(robot: Robot, scene: Sc
             assert_gradient(objective, secondary_velocity(kinematics.state(q), gains), q)
 
 
-def test_4_9_puts_them_together(robot: Robot, scene: Scene, rng: np.random.Generator) -> None:
+def test_4_9_puts_them_together(robot: Robot, scene: Scene, rng: np.random.Generator, Kinematics: type) -> None:
     kinematics, gains = Kinematics(robot, scene.obstacles), Gains(gain=(1, 2, 3, 4, 5, 6), c_mu=0.5, c_kappa=2.0)
     for _ in range(20):
         state = kinematics.state(random_q(robot, rng))

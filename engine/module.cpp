@@ -1,0 +1,258 @@
+// What Python sees of the engine; humanoid_rail/native.py gives it the interface of the Python engine.
+
+#include <nanobind/eigen/dense.h>
+#include <nanobind/nanobind.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
+
+#include <limits>
+#include <stdexcept>
+
+#include <coal/config.hh>
+#include <coal/shape/geometric_shapes.h>
+#include <pinocchio/config.hpp>
+
+#include "floor.hpp"
+#include "integration.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace humanoid_rail {
+
+namespace {
+
+using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+Rows rows(const std::vector<double>& values, std::size_t columns) {
+  const auto n = static_cast<Eigen::Index>(columns);
+  return Eigen::Map<const Rows>(values.data(), static_cast<Eigen::Index>(values.size()) / n, n);
+}
+
+Eigen::Map<const Vector> vector(const std::vector<double>& values) {
+  return {values.data(), static_cast<Eigen::Index>(values.size())};
+}
+
+void check_size(const char* what, Eigen::Index given, Eigen::Index size) {
+  if (given != size) {
+    throw std::invalid_argument(std::string(what) + " needs " + std::to_string(size) + " numbers, not " +
+                                std::to_string(given));
+  }
+}
+
+// Distances of links (L) from obstacles (O), infinite where a pair is not listed.
+Rows table(const std::vector<Nearest>& pairs, const GradientProjection& method) {
+  Rows clearance = Rows::Constant(method.kinematics.robot().links(), method.clearances.obstacles(),
+                                  std::numeric_limits<double>::infinity());
+  for (const Nearest& pair : pairs) clearance(pair.link, pair.obstacle) = pair.distance;
+  return clearance;
+}
+
+void move_to(GradientProjection& method, const Eigen::Ref<const Vector>& q) {
+  check_size("q", q.size(), method.kinematics.robot().n());
+  method.kinematics.move_to(q);
+}
+
+// Hands (3h), J, mu, d mu/dq, clearances (L, O) and the gradients of all pairs (L O, n).
+auto state(GradientProjection& method, const Eigen::Ref<const Vector>& q) {
+  move_to(method, q);
+  const Kinematics& kinematics = method.kinematics;
+  const Robot& robot = kinematics.robot();
+  Vector full = Vector::Zero(robot.model.nv);
+  kinematics.add_manipulability_gradient(1.0, full);
+  const Vector manipulability_gradient = robot.coupling.transpose() * full;
+
+  const auto& pairs = method.clearances.within(std::numeric_limits<double>::infinity(), kinematics);
+  const int obstacles = method.clearances.obstacles();
+  Rows gradients(robot.links() * obstacles, robot.n());
+  for (const Nearest& pair : pairs) {
+    std::vector<pinocchio::Force> wrenches(static_cast<std::size_t>(robot.model.njoints), pinocchio::Force::Zero());
+    wrenches[robot.joint_of(pair.link)] = -pair.wrench();
+    full.setZero();
+    kinematics.add_wrenches(wrenches, full);
+    gradients.row(pair.link * obstacles + pair.obstacle) = (robot.coupling.transpose() * full).transpose();
+  }
+  return std::make_tuple(Vector(kinematics.hands()), Matrix(kinematics.jacobian()), kinematics.manipulability(),
+                         manipulability_gradient, table(pairs, method), std::move(gradients));
+}
+
+// Hands (3h), mu and clearances (L, O) up to a horizon, and the shortest in any case.
+auto measure(GradientProjection& method, const Eigen::Ref<const Vector>& q, double horizon) {
+  move_to(method, q);
+  const Kinematics& kinematics = method.kinematics;
+  return std::make_tuple(Vector(kinematics.hands()), kinematics.manipulability(),
+                         table(method.clearances.within_or_nearest(horizon, kinematics), method));
+}
+
+// The same along a motion (N, n): hands (N, 3h), mu (N) and each obstacle's clearance from the nearest link (N, O).
+auto along(GradientProjection& method, const Eigen::Ref<const Rows>& motion, double horizon) {
+  check_size("q", motion.cols(), method.kinematics.robot().n());
+  const nb::gil_scoped_release release;
+  const Kinematics& kinematics = method.kinematics;
+  Rows hands(motion.rows(), kinematics.robot().rows());
+  Vector manipulability(motion.rows());
+  Rows clearance = Rows::Constant(motion.rows(), method.clearances.obstacles(), std::numeric_limits<double>::infinity());
+  Vector q(motion.cols());
+  for (Eigen::Index i = 0; i < motion.rows(); ++i) {
+    q = motion.row(i);
+    method.kinematics.move_to(q);
+    hands.row(i) = kinematics.hands();
+    manipulability[i] = kinematics.manipulability();
+    for (const Nearest& pair : method.clearances.within_or_nearest(horizon, kinematics)) {
+      clearance(i, pair.obstacle) = std::min(clearance(i, pair.obstacle), pair.distance);
+    }
+  }
+  return std::make_tuple(std::move(hands), std::move(manipulability), std::move(clearance));
+}
+
+void check_task(const Gains& gains, const Vector& targets, const GradientProjection& method) {
+  check_size("targets", targets.size(), method.kinematics.robot().rows());
+  check_size("gain", gains.gain.size(), method.kinematics.robot().rows());
+}
+
+coal::Transform3s placement(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& center) {
+  return {rotation, center};
+}
+
+}  // namespace
+
+NB_MODULE(_engine, module) {
+  module.doc() = "The native engine: eq. 4.9 and its integration on Pinocchio and coal, in C++.";
+  module.attr("SINGULAR_VALUE") = SINGULAR_VALUE;
+  module.attr("MAX_DAMPING") = MAX_DAMPING;
+  module.attr("PINOCCHIO_VERSION") = PINOCCHIO_VERSION;
+  module.attr("COAL_VERSION") = COAL_VERSION;
+
+  nb::class_<Robot>(module, "Robot", "A robot's model, collision bodies, linear coupling and hands.")
+      .def(
+          "__init__",
+          [](Robot* self, const std::string& model, const std::string& bodies, const Matrix& coupling,
+             const Vector& offset, const std::vector<std::pair<std::size_t, std::vector<int>>>& hands) {
+            std::vector<Hand> converted;
+            for (const auto& [frame, arm] : hands) converted.push_back({frame, arm});
+            new (self) Robot(model, bodies, coupling, offset, converted);
+          },
+          "model"_a, "bodies"_a, "coupling"_a, "offset"_a, "hands"_a);
+
+  nb::class_<Obstacles>(module, "Obstacles", "Obstacles at rest; each call adds one.")
+      .def(nb::init<>())
+      .def(
+          "sphere",
+          [](Obstacles& self, const Eigen::Vector3d& center, double radius) {
+            self.add(std::make_shared<coal::Sphere>(radius), placement(Eigen::Matrix3d::Identity(), center));
+          },
+          "center"_a, "radius"_a)
+      .def(
+          "box",
+          [](Obstacles& self, const Eigen::Vector3d& center, const Eigen::Matrix3d& rotation,
+             const Eigen::Vector3d& size) { self.add(std::make_shared<coal::Box>(size), placement(rotation, center)); },
+          "center"_a, "rotation"_a, "size"_a)
+      .def(
+          "capsule",
+          [](Obstacles& self, const Eigen::Vector3d& center, const Eigen::Matrix3d& rotation, double radius,
+             double length) {
+            self.add(std::make_shared<coal::Capsule>(radius, length), placement(rotation, center));
+          },
+          "center"_a, "rotation"_a, "radius"_a, "length"_a)
+      .def(
+          "halfspace",
+          [](Obstacles& self, const Eigen::Vector3d& normal, double offset) {
+            self.add(std::make_shared<coal::Halfspace>(normal, offset), coal::Transform3s());
+          },
+          "normal"_a, "offset"_a)
+      .def(
+          "convex",
+          [](Obstacles& self, const Eigen::Vector3d& center, const Eigen::Matrix3d& rotation,
+             const std::vector<Matrix>& pieces) { self.add_convex(pieces, placement(rotation, center)); },
+          "center"_a, "rotation"_a, "pieces"_a);
+
+  nb::class_<Gains>(module, "Gains", "Parameters of eq. 4.9.")
+      .def(
+          "__init__",
+          [](Gains* self, const Vector& gain, double c_mu, double c_kappa, double epsilon) {
+            new (self) Gains{gain, c_mu, c_kappa, epsilon};
+          },
+          "gain"_a, "c_mu"_a, "c_kappa"_a, "epsilon"_a);
+
+  nb::enum_<Status>(module, "Status", "What became of the targets.")
+      .value("REACHED", Status::reached)
+      .value("STALLED", Status::stalled)
+      .value("TIME_LIMIT", Status::time_limit)
+      .value("SINGULAR", Status::singular);
+
+  nb::class_<Settings>(module, "Settings", "When a motion ends, and how precisely it is integrated.")
+      .def(
+          "__init__",
+          [](Settings* self, double tolerance, double dt, double max_time, double rtol, double atol,
+             int max_evaluations, double patience) {
+            new (self) Settings{tolerance, dt, max_time, rtol, atol, max_evaluations, patience};
+          },
+          nb::kw_only(), "tolerance"_a, "dt"_a, "max_time"_a, "rtol"_a, "atol"_a, "max_evaluations"_a, "patience"_a);
+
+  nb::class_<Integration>(module, "Integration", "A sampled motion and why it ended.")
+      .def_ro("status", &Integration::status)
+      .def_ro("left", &Integration::left)
+      .def_ro("evaluations", &Integration::evaluations)
+      .def_ro("broken", &Integration::broken)
+      .def_prop_ro("t", [](const Integration& self) { return Vector(vector(self.t)); })
+      .def_prop_ro("q", [](const Integration& self) { return rows(self.q, self.q.size() / self.t.size()); })
+      .def_prop_ro("visited", [](const Integration& self) {
+        const auto n = self.visited_q.size() / self.visited_t.size();
+        return std::make_tuple(Vector(vector(self.visited_t)), rows(self.visited_q, n),
+                               rows(self.visited_velocity, n));
+      });
+
+  nb::class_<GradientProjection>(module, "GradientProjection",
+                                 "Eq. 4.9 for a robot among obstacles. Not to be shared between threads.")
+      .def(
+          "__init__",
+          [](GradientProjection* self, std::shared_ptr<const Robot> robot, const Obstacles& obstacles) {
+            new (self) GradientProjection(std::move(robot), obstacles);
+          },
+          "robot"_a, "obstacles"_a)
+      .def("state", &state, "q"_a)
+      .def("measure", &measure, "q"_a, "horizon"_a)
+      .def("along", &along, "q"_a, "horizon"_a)
+      .def(
+          "velocity",
+          [](GradientProjection& self, const Vector& q, const Vector& targets, const Gains& gains) {
+            check_size("q", q.size(), self.kinematics.robot().n());
+            check_task(gains, targets, self);
+            return Vector(self.velocity(q, targets, gains));
+          },
+          "q"_a, "targets"_a, "gains"_a)
+      .def(
+          "integrate",
+          [](GradientProjection& self, const Vector& start, const Vector& targets, const Gains& gains,
+             const Settings& settings) {
+            check_size("start", start.size(), self.kinematics.robot().n());
+            check_task(gains, targets, self);
+            const nb::gil_scoped_release release;
+            return integrate(self, start, targets, gains, settings);
+          },
+          "start"_a, "targets"_a, "gains"_a, "settings"_a);
+
+  module.def(
+      "floor_seconds",
+      [](const Robot& robot, const Obstacles& obstacles, const Matrix& configurations, int repeats) {
+        check_size("configurations", configurations.cols(), robot.n());
+        return floor_seconds(robot, obstacles, configurations, repeats);
+      },
+      "robot"_a, "obstacles"_a, "configurations"_a, "repeats"_a,
+      "Seconds of the bare Pinocchio and coal calls that one evaluation of eq. 4.9 is made of.");
+  module.def(
+      "velocity_seconds",
+      [](GradientProjection& method, const Matrix& configurations, const Vector& targets, const Gains& gains,
+         int repeats) {
+        check_size("configurations", configurations.cols(), method.kinematics.robot().n());
+        check_task(gains, targets, method);
+        return velocity_seconds(method, configurations, targets, gains, repeats);
+      },
+      "method"_a, "configurations"_a, "targets"_a, "gains"_a, "repeats"_a,
+      "Seconds of one evaluation of eq. 4.9, called from C++.");
+}
+
+}  // namespace humanoid_rail

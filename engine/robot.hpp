@@ -1,0 +1,51 @@
+// A robot as frozen data: Pinocchio model, linear coupling, collision bodies and hands. Beside humanoid_rail/robot.py.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <Eigen/SparseCore>
+#include <pinocchio/multibody/geometry.hpp>
+#include <pinocchio/multibody/model.hpp>
+
+namespace humanoid_rail {
+
+using Matrix = Eigen::MatrixXd;
+using Vector = Eigen::VectorXd;
+using Coupling = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+
+// A point of the robot that is given targets.
+struct Hand {
+  pinocchio::FrameIndex frame;
+  std::vector<int> arm;  // Columns in q of the joints of its arm.
+};
+
+// A robot whose joints follow its n actuated ones linearly: q_full = S q + s0. Every joint has one degree of freedom.
+struct Robot {
+  // The model and the collision bodies come as Pinocchio's own text archives. Throws std::invalid_argument.
+  Robot(const std::string& model, const std::string& bodies, const Matrix& coupling, const Vector& offset,
+        std::vector<Hand> hands);
+
+  pinocchio::Model model;
+  pinocchio::GeometryModel bodies;
+  Coupling coupling;  // S: a row for each joint of the model.
+  Vector offset;      // s0
+  std::vector<Hand> hands;
+
+  // The joint that carries a collision body.
+  pinocchio::JointIndex joint_of(int link) const {
+    return bodies.geometryObjects[static_cast<std::size_t>(link)].parentJoint;
+  }
+  // The joints that move a hand, from the base outwards.
+  const std::vector<pinocchio::JointIndex>& chain_of(const Hand& hand) const {
+    return chains_[model.frames[hand.frame].parentJoint];
+  }
+  int n() const { return static_cast<int>(coupling.cols()); }
+  int rows() const { return 3 * static_cast<int>(hands.size()); }
+  int links() const { return static_cast<int>(bodies.ngeoms); }
+
+ private:
+  std::vector<std::vector<pinocchio::JointIndex>> chains_;
+};
+
+}  // namespace humanoid_rail

@@ -1,0 +1,54 @@
+"""The two engines: the same results from C++ and from readable Python."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from functools import cache
+from typing import Any, NamedTuple
+
+from humanoid_rail import integration, kinematics
+from humanoid_rail.errors import InvalidInput
+from humanoid_rail.integration import Integration
+
+ENGINES = ("native", "python")
+"""`native` is C++ on the same Pinocchio and coal; `python` is the reference, to be read."""
+
+
+class Engine(NamedTuple):
+    """What computes a motion."""
+
+    name: str
+    kinematics: Callable[..., Any]
+    """The `Kinematics` of the engine."""
+    integrate: Callable[..., Integration]
+    """The `integrate` of the engine, for its own kinematics."""
+
+
+def get_engine(name: str) -> Engine:
+    """Return an engine by name: the Python engine, with a warning, instead of a native one that was not built.
+
+    Raises:
+        InvalidInput: If there is no engine of that name.
+    """
+    if not isinstance(name, str) or name not in ENGINES:
+        raise InvalidInput("engine", name, f"one of {', '.join(ENGINES)}")
+    reason = why_not_native() if name == "native" else None
+    if reason is not None:
+        message = f"the native engine is not there ({reason}); planning in Python, slower. See docs/engine.md"
+        warnings.warn(message, RuntimeWarning, stacklevel=3)
+    if name == "python" or reason is not None:
+        return Engine("python", kinematics.Kinematics, integration.integrate)
+    from humanoid_rail import native
+
+    return Engine("native", native.Kinematics, native.integrate)
+
+
+@cache
+def why_not_native() -> str | None:
+    """Return why the native engine cannot be used, None if it can."""
+    try:
+        from humanoid_rail import native  # noqa: F401
+    except ImportError as error:
+        return str(error)
+    return None
