@@ -27,6 +27,20 @@ figures: $(VENV)/test-installed
 picture: $(VENV)/test-installed
 	$(BIN)/python scripts/screenshot.py docs/case3.png
 
+benchmark: $(VENV)/test-installed
+	$(BIN)/python scripts/benchmark.py --json out/benchmark.json --readme README.md --docs docs/engine.md
+
+# The tests of the native engine under AddressSanitizer and UndefinedBehaviorSanitizer, with GCC, in an environment of
+# its own. The interpreter itself is not looked at, and never gives back all of its memory.
+SANITIZED := build/sanitize
+sanitize:
+	$(PYTHON) -m venv $(SANITIZED)
+	$(SANITIZED)/bin/python -m pip install --quiet --editable '.[dev]' --config-settings=cmake.define.HUMANOID_RAIL_SANITIZE=ON
+	LD_PRELOAD="$$(gcc -print-file-name=libasan.so) $$(gcc -print-file-name=libubsan.so) $$(gcc -print-file-name=libstdc++.so)" \
+	ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1 \
+	$(SANITIZED)/bin/python -m pytest -k 'not python and not allocated' \
+		tests/test_native.py tests/test_kinematics.py tests/test_resolution.py tests/test_planner.py tests/test_paper.py
+
 $(VENV)/pyvenv.cfg:
 	@$(PYTHON) -c 'import sys; v = sys.version_info[:2]; sys.exit(None if (3, 11) <= v <= (3, 13) else \
 		f"error: {sys.executable} is Python {v[0]}.{v[1]}; humanoid_rail needs 3.11 to 3.13: make PYTHON=python3.12 ...")'

@@ -79,8 +79,7 @@ def plan_many(
     with shared_folder() as folder, progress_bar("planning", len(scenes), progress) as advance:
         job = _Job(pickle.dumps(robot), arguments, os.getpid(), folder)
         for indices, results in _run(job, scenes, tasks, n_jobs):
-            for index, outcome in zip(indices, results, strict=True):
-                outcomes[index] = outcome
+            outcomes |= zip(indices, results, strict=True)
             advance(len(indices))
     for outcome in outcomes.values():
         if isinstance(outcome, InvalidInput) and not _is_of_the_scene(outcome):

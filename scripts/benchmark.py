@@ -90,11 +90,16 @@ class Report:
 
 @click.command()
 @click.option("--json", "json_file", type=click.Path(dir_okay=False, path_type=Path), help="File for the figures.")
-@click.option("--readme", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Markdown file to update.")
+@click.option(
+    "--readme", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Markdown file for the ratios."
+)
+@click.option(
+    "--docs", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Markdown file for the times."
+)
 @click.option("--repeats", default=9, show_default=True, help="Repeats of each measurement.")
 @click.option("--plans", default=2000, show_default=True, help="Plans for the measurement of plan_many.")
 @click.option("--pink/--no-pink", default=True, show_default=True, help="Compare with Pink (extra `compare`).")
-def main(json_file: Path | None, readme: Path | None, repeats: int, plans: int, pink: bool) -> None:
+def main(json_file: Path | None, readme: Path | None, docs: Path | None, repeats: int, plans: int, pink: bool) -> None:
     """Measure the engines and compare them with the bare library calls, with Pink and with each other.
 
     The first table has medians and quartiles, the second ratios within this run.
@@ -121,7 +126,7 @@ def main(json_file: Path | None, readme: Path | None, repeats: int, plans: int, 
     report = Report(machine(), figures, ratios)
     console.print(report.machine)
     rows = [[f.what, seconds(f.median), f"{seconds(f.low)} to {seconds(f.high)}"] for f in figures]
-    print_table("times", "Times", TIME_COLUMNS, rows, readme)
+    print_table("times", "Times", TIME_COLUMNS, rows, docs)
     print_table("ratios", "Ratios", RATIO_COLUMNS, [ratio_row(r) for r in ratios], readme)
     if json_file is not None:
         json_file.parent.mkdir(parents=True, exist_ok=True)
