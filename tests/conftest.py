@@ -46,8 +46,8 @@ def rng() -> np.random.Generator:
 @pytest.fixture(scope="session", params=ENGINES)
 def engine(request: pytest.FixtureRequest) -> str:
     """Each engine in turn. Where there is a compiler the native one has to be there."""
-    if request.param == "native" and why_not_native() and not shutil.which("c++"):
-        pytest.skip("no C++ compiler")
+    if request.param == "native" and (reason := why_not_native()):
+        (pytest.fail if shutil.which("c++") else pytest.skip)(f"no native engine: {reason}")
     return request.param
 
 

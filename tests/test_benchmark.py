@@ -22,7 +22,9 @@ from humanoid_rail import Robot, Scene, dh
 
 def test_one_command_prints_tables_and_writes_json_and_markdown(tmp_path: Path) -> None:
     page = tmp_path / "page.md"
-    page.write_text("<!-- times -->\nold\n<!-- /times -->\nkept\n<!-- ratios -->\n<!-- /ratios -->\n", encoding="utf-8")
+    page.write_text(
+        "<!-- times -->\nof last week\n<!-- /times -->\nkept\n<!-- ratios -->\n<!-- /ratios -->\n", encoding="utf-8"
+    )
     options = ["--repeats", "1", "--plans", "8", "--json", tmp_path / "b.json", "--readme", page, "--docs", page]
     result = subprocess.run(
         [sys.executable, ROOT / "scripts" / "benchmark.py", *options], capture_output=True, text=True, check=False
@@ -37,7 +39,7 @@ def test_one_command_prints_tables_and_writes_json_and_markdown(tmp_path: Path) 
     text = page.read_text()
     for ratio in report["ratios"]:
         assert f"| {ratio['what']} |" in text
-    assert "old" not in text
+    assert "last week" not in text
     assert "kept" in text
 
 
