@@ -49,6 +49,7 @@ $(VENV)/pyvenv.cfg:
 
 # Builds the native engine, which takes a minute or two.
 $(VENV)/plan-installed: $(VENV)/pyvenv.cfg pyproject.toml CMakeLists.txt $(wildcard engine/*)
+	@echo "Installing what is needed (about 1 GB) and compiling the native engine: two to four minutes."
 	$(BIN)/python -m pip install --quiet --editable . $(BUILD)
 	touch $@
 

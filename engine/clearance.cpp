@@ -1,7 +1,9 @@
 #include "clearance.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <stdexcept>
 
 #include <coal/shape/geometric_shapes.h>
 #include <pinocchio/collision/coal-pinocchio-conversions.hpp>
@@ -47,7 +49,8 @@ Clearances::Clearances(std::shared_ptr<const Robot> robot, const Obstacles& obst
       obstacles_(obstacles.size()),
       first_of_(static_cast<std::size_t>(obstacles_)),
       solver_(request_) {
-  for (const auto& body : robot_->bodies.geometryObjects) links_.emplace_back(body.geometry);
+  // The robot has its boxes already, and other threads may be reading them.
+  for (const auto& body : robot_->bodies.geometryObjects) links_.emplace_back(body.geometry, false);
   boxed_.reserve(pieces_.size());
   for (Obstacles::Piece& piece : pieces_) {
     if (piece.shape->getNodeType() == coal::GEOM_HALFSPACE) {
@@ -66,6 +69,7 @@ Clearances::Clearances(std::shared_ptr<const Robot> robot, const Obstacles& obst
 }
 
 const std::vector<Nearest>& Clearances::within(double horizon, const Kinematics& kinematics) {
+  for (const Nearest& pair : nearest_) first_of_[static_cast<std::size_t>(pair.obstacle)] = 0;
   nearest_.clear();
   for (std::size_t i = 0; i < links_.size(); ++i) {
     const int link = static_cast<int>(i);
@@ -85,8 +89,9 @@ const std::vector<Nearest>& Clearances::within(double horizon, const Kinematics&
 }
 
 const std::vector<Nearest>& Clearances::within_or_nearest(double horizon, const Kinematics& kinematics) {
-  if (obstacles_ == 0 || !within(horizon, kinematics).empty()) return nearest_;
+  if (pieces_.empty() || !within(horizon, kinematics).empty()) return nearest_;
   for (double reach = std::max(horizon, FIRST_REACH); within(reach, kinematics).empty();) {
+    if (std::isinf(reach)) throw std::runtime_error("a distance that is not a number");
     reach = reach < LAST_REACH ? 2.0 * reach : std::numeric_limits<double>::infinity();
   }
   const auto shorter = [](const Nearest& a, const Nearest& b) { return a.distance < b.distance; };

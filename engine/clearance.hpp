@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include <coal/broadphase/broadphase_dynamic_AABB_tree_array.h>
+#include <coal/broadphase/broadphase_dynamic_AABB_tree.h>
 #include <coal/distance_func_matrix.h>
 
 #include "kinematics.hpp"
@@ -49,6 +49,8 @@ struct Nearest {
 class Clearances {
  public:
   Clearances(std::shared_ptr<const Robot> robot, const Obstacles& obstacles);
+  Clearances(const Clearances&) = delete;  // The tree points into what is here.
+  Clearances& operator=(const Clearances&) = delete;
 
   // Returns, link by link, every pair whose distance is not more than the horizon. What lies in bounding boxes farther
   // away is not measured. The result holds until the next call.
@@ -72,7 +74,8 @@ class Clearances {
   std::vector<coal::CollisionObject> links_;
   std::vector<coal::CollisionObject> boxed_;
   std::vector<const Obstacles::Piece*> unbounded_;
-  coal::DynamicAABBTreeArrayCollisionManager tree_;
+  // Not coal's array of nodes, which is never freed.
+  coal::DynamicAABBTreeCollisionManager tree_;
   Candidates candidates_;
   std::vector<Nearest> nearest_;
   std::vector<std::size_t> first_of_;  // For each obstacle, one after where the link at hand has it in nearest_.

@@ -105,6 +105,7 @@ double time_of_arrival(const Stepper& stepper, Velocity& velocity, double from, 
 Integration integrate(GradientProjection& method, const Vector& start, const Vector& targets, const Gains& gains,
                       const Settings& settings) {
   Integration result{};
+  result.n = static_cast<std::size_t>(start.size());
   Velocity velocity(method, targets, gains);
   Stepper stepper(Controlled(ErrorNorm(settings.atol, settings.rtol)));
   Coordinates q(start.begin(), start.end()), between(q.size());
@@ -121,7 +122,7 @@ Integration integrate(GradientProjection& method, const Vector& start, const Vec
   };
   const auto sample_step = [&] {
     // A last multiple of dt that is the end up to rounding would make an interval of no length.
-    const double last = end - 1e-9 * settings.dt;
+    const double last = end - 1e-9 * std::min(settings.dt, end);
     for (double t; (t = settings.dt * static_cast<double>(result.t.size())) < last;) {
       stepper.calc_state(t, between);
       sample(t, between);
@@ -168,7 +169,7 @@ Integration integrate(GradientProjection& method, const Vector& start, const Vec
       if (exhausted) return finish(Status::stalled);
       if (end >= settings.max_time) return finish(Status::time_limit);
     }
-  } catch (const std::runtime_error& error) {  // Steps that get ever smaller, among others.
+  } catch (const std::exception& error) {  // Steps that get ever smaller, among others.
     result.broken = error.what();
     return finish(Status::stalled);
   }

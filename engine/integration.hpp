@@ -21,6 +21,7 @@ struct Integration {
   double left;         // |e| at the end, m.
   int evaluations;     // Of q_dot.
   std::string broken;  // Why the integrator could not go on, if so.
+  std::size_t n;       // Length of a configuration.
   // Samples (N) and (N, n): 0, dt, 2 dt, ... and the end.
   std::vector<double> t, q;
   // Where the integrator's steps begin, (M) and (M, n), and how fast the motion is there.

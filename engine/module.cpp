@@ -51,8 +51,13 @@ Rows table(const std::vector<Nearest>& pairs, const GradientProjection& method) 
   return clearance;
 }
 
+void check_finite(const char* what, const Eigen::Ref<const Rows>& given) {
+  if (!given.allFinite()) throw std::invalid_argument(std::string(what) + " needs finite numbers");
+}
+
 void move_to(GradientProjection& method, const Eigen::Ref<const Vector>& q) {
   check_size("q", q.size(), method.kinematics.robot().n());
+  check_finite("q", q.transpose());
   method.kinematics.move_to(q);
 }
 
@@ -67,7 +72,7 @@ auto state(GradientProjection& method, const Eigen::Ref<const Vector>& q) {
 
   const auto& pairs = method.clearances.within(std::numeric_limits<double>::infinity(), kinematics);
   const int obstacles = method.clearances.obstacles();
-  Rows gradients(robot.links() * obstacles, robot.n());
+  Rows gradients = Rows::Zero(robot.links() * obstacles, robot.n());
   for (const Nearest& pair : pairs) {
     std::vector<pinocchio::Force> wrenches(static_cast<std::size_t>(robot.model.njoints), pinocchio::Force::Zero());
     wrenches[robot.joint_of(pair.link)] = -pair.wrench();
@@ -90,6 +95,7 @@ auto measure(GradientProjection& method, const Eigen::Ref<const Vector>& q, doub
 // The same along a motion (N, n): hands (N, 3h), mu (N) and each obstacle's clearance from the nearest link (N, O).
 auto along(GradientProjection& method, const Eigen::Ref<const Rows>& motion, double horizon) {
   check_size("q", motion.cols(), method.kinematics.robot().n());
+  check_finite("q", motion);
   const nb::gil_scoped_release release;
   const Kinematics& kinematics = method.kinematics;
   Rows hands(motion.rows(), kinematics.robot().rows());
@@ -111,6 +117,7 @@ auto along(GradientProjection& method, const Eigen::Ref<const Rows>& motion, dou
 void check_task(const Gains& gains, const Vector& targets, const GradientProjection& method) {
   check_size("targets", targets.size(), method.kinematics.robot().rows());
   check_size("gain", gains.gain.size(), method.kinematics.robot().rows());
+  check_finite("targets", targets.transpose());
 }
 
 coal::Transform3s placement(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& center) {
@@ -188,6 +195,9 @@ NB_MODULE(_engine, module) {
           "__init__",
           [](Settings* self, double tolerance, double dt, double max_time, double rtol, double atol,
              int max_evaluations, double patience) {
+            for (double number : {tolerance, dt, max_time, rtol, atol}) {
+              if (!(number > 0.0)) throw std::invalid_argument("settings need numbers greater than 0");
+            }
             new (self) Settings{tolerance, dt, max_time, rtol, atol, max_evaluations, patience};
           },
           nb::kw_only(), "tolerance"_a, "dt"_a, "max_time"_a, "rtol"_a, "atol"_a, "max_evaluations"_a, "patience"_a);
@@ -198,11 +208,10 @@ NB_MODULE(_engine, module) {
       .def_ro("evaluations", &Integration::evaluations)
       .def_ro("broken", &Integration::broken)
       .def_prop_ro("t", [](const Integration& self) { return Vector(vector(self.t)); })
-      .def_prop_ro("q", [](const Integration& self) { return rows(self.q, self.q.size() / self.t.size()); })
+      .def_prop_ro("q", [](const Integration& self) { return rows(self.q, self.n); })
       .def_prop_ro("visited", [](const Integration& self) {
-        const auto n = self.visited_q.size() / self.visited_t.size();
-        return std::make_tuple(Vector(vector(self.visited_t)), rows(self.visited_q, n),
-                               rows(self.visited_velocity, n));
+        return std::make_tuple(Vector(vector(self.visited_t)), rows(self.visited_q, self.n),
+                               rows(self.visited_velocity, self.n));
       });
 
   nb::class_<GradientProjection>(module, "GradientProjection",
@@ -220,6 +229,7 @@ NB_MODULE(_engine, module) {
           "velocity",
           [](GradientProjection& self, const Vector& q, const Vector& targets, const Gains& gains) {
             check_size("q", q.size(), self.kinematics.robot().n());
+            check_finite("q", q.transpose());
             check_task(gains, targets, self);
             return Vector(self.velocity(q, targets, gains));
           },
@@ -229,6 +239,7 @@ NB_MODULE(_engine, module) {
           [](GradientProjection& self, const Vector& start, const Vector& targets, const Gains& gains,
              const Settings& settings) {
             check_size("start", start.size(), self.kinematics.robot().n());
+            check_finite("start", start.transpose());
             check_task(gains, targets, self);
             const nb::gil_scoped_release release;
             return integrate(self, start, targets, gains, settings);

@@ -22,6 +22,7 @@ Robot::Robot(const std::string& model_archive, const std::string& bodies_archive
       if (column < 0 || column >= S.cols()) throw std::invalid_argument("an arm needs columns of q");
     }
   }
+  for (auto& body : bodies.geometryObjects) body.geometry->computeLocalAABB();
   for (const auto& supports : model.supports) chains_.emplace_back(supports.begin() + 1, supports.end());
 }
 

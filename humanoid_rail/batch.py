@@ -56,10 +56,11 @@ def plan_many(
 
     Returns:
         For each scene, in order, its trajectory or the exception that planning it raised. One failing scene never
-        takes others down, not even by killing its process.
+        takes others down, with joblib's own processes not even by killing the one it is planned in.
 
     Raises:
-        InvalidInput: If an argument of :func:`plan` is not valid, whatever the scene.
+        InvalidInput: If the robot is none, an element of the scenes is none, `n_jobs` is not valid, or an argument of
+            :func:`plan` is not, whatever the scene.
         TypeError: If :func:`plan` has no such argument.
     """
     # Imported where they are used: they take longer than all of this package.
@@ -70,8 +71,16 @@ def plan_many(
     inspect.signature(plan).bind(robot, None, **arguments)
     if isinstance(n_jobs, bool) or not isinstance(n_jobs, int | None) or n_jobs == 0:
         raise InvalidInput("n_jobs", n_jobs, "a number of workers, -1 for all cores, or None")
-    get_engine(arguments.get("engine", "native"))  # Warns here, once, rather than in every worker.
+    # Warns here, once, rather than in every worker.
+    arguments["engine"] = get_engine(arguments.get("engine", "native")).name
+    if not isinstance(robot, Robot):
+        raise InvalidInput("robot", robot, "a Robot")
+    if isinstance(scenes, Scene | str) or not isinstance(scenes, Iterable):
+        raise InvalidInput("scenes", scenes, "a list of scenes")
     scenes = list(scenes)
+    for i, scene in enumerate(scenes):
+        if not isinstance(scene, Scene):
+            raise InvalidInput(f"scenes[{i}]", scene, "a Scene")
     workers = max(1, effective_n_jobs(n_jobs))
     size = min(LARGEST_TASK, max(1, len(scenes) // (workers * TASKS_EACH)))
     tasks = [list(range(i, min(i + size, len(scenes)))) for i in range(0, len(scenes), size)]
@@ -107,10 +116,14 @@ def _run(
     """Yield tasks with their outcomes as they come. Where a worker dies, halves of what is left are tried again."""
     from joblib import Parallel, delayed
     from joblib.externals.loky.process_executor import BrokenProcessPool
+    from joblib.parallel import get_active_backend
 
     left = {task[0]: task for task in tasks}
     try:
-        parallel = Parallel(n_jobs=n_jobs, return_as="generator_unordered", batch_size=1, pre_dispatch="4*n_jobs")
+        # Some backends, Ray's among them, have no results to show before the last.
+        lazy = get_active_backend()[0].supports_return_generator
+        return_as = "generator_unordered" if lazy else "list"
+        parallel = Parallel(n_jobs=n_jobs, return_as=return_as, batch_size=1, pre_dispatch="4*n_jobs")
         for task, outcomes in parallel(delayed(_plan_task)(job, task, [scenes[i] for i in task]) for task in tasks):
             del left[task[0]]
             yield task, unpack(outcomes) if isinstance(outcomes, Parcel) else outcomes

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import sys
 import warnings
 from collections.abc import Callable
 from functools import cache
+from importlib.util import find_spec
 from typing import Any, NamedTuple
 
 from humanoid_rail import integration, kinematics
@@ -47,6 +49,8 @@ def get_engine(name: str) -> Engine:
 @cache
 def why_not_native() -> str | None:
     """Return why the native engine cannot be used, None if it can."""
+    if "humanoid_rail._engine" not in sys.modules and find_spec("humanoid_rail._engine") is None:
+        return "it was not built when the package was installed, as happens where there is no C++ compiler"
     try:
         from humanoid_rail import native  # noqa: F401
     except ImportError as error:

@@ -167,7 +167,7 @@ def sample_times(end: float, dt: float) -> Array:
     """Return 0, dt, 2 dt, ... and the end, s."""
     regular = dt * np.arange(int(np.floor(end / dt)) + 1)
     # A last multiple that is the end up to rounding would make an interval of no length.
-    return np.append(regular[regular < end - 1e-9 * dt], end)
+    return np.append(regular[regular < end - 1e-9 * min(dt, end)], end)
 
 
 def _time_of_arrival(step: DenseOutput, distance: Callable[[Array], float], tolerance: float) -> float:

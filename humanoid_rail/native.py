@@ -5,6 +5,7 @@ Importing this module raises ImportError where the extension was not built, or f
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from weakref import WeakKeyDictionary
 
 # Before the extension: it brings the libraries that the extension is linked with.
@@ -79,16 +80,23 @@ class Kinematics:
         hands, mu, clearance = self.engine.along(np.array(q, float, order="C"), horizon)
         return Course(hands.reshape(len(hands), -1, 3), mu, clearance)
 
-    def gradient_projection(self, q: ArrayLike, targets: ArrayLike, gains: Gains) -> Array:
-        """Return q_dot (n,) of eq. 4.9 at a configuration, m/s and rad/s, without a :class:`State` between.
+    def gradient_projection(self, targets: ArrayLike, gains: Gains) -> Callable[[Array], Array]:
+        """Return eq. 4.9 as a function: q_dot (n,) in m/s and rad/s at a configuration (n,) in m and rad.
 
         Args:
-            q: Configuration (n,), m and rad.
             targets: x_f (h, 3), m.
             gains: K, c_mu, c_kappa and the activation distance.
+
+        Raises:
+            InvalidInput: If the targets have another shape. The function raises ValueError for a configuration that has
+                another size or is not finite.
         """
-        points = np.ravel(np.array(targets, float))
-        return self.engine.velocity(np.array(q, float), points, native_gains(gains, points.size))
+        points = np.array(targets, float)
+        if points.shape != (len(self.robot.hands), 3):
+            raise InvalidInput("targets", targets, f"an array of shape ({len(self.robot.hands)}, 3)")
+        points = points.ravel()
+        converted, velocity = native_gains(gains, points.size), self.engine.velocity
+        return lambda q: velocity(q, points, converted)
 
 
 def integrate(
@@ -150,6 +158,8 @@ def native_obstacles(obstacles: tuple[Obstacle, ...]) -> _engine.Obstacles:
                 result.halfspace(np.array(obstacle.normal) / length, obstacle.offset / length)
             case Mesh():
                 result.convex(*_placement(obstacle), list(obstacle.pieces))
+            case _:
+                raise InvalidInput("obstacles", obstacle, "a Sphere, Box, Capsule, HalfSpace or Mesh")
     return result
 
 

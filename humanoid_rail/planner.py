@@ -68,6 +68,9 @@ def plan(
             position limits or in penetration with an obstacle.
     """
     started = time.perf_counter()
+    for name, value, kind in (("robot", robot, Robot), ("scene", scene, Scene)):
+        if not isinstance(value, kind):
+            raise InvalidInput(name, value, f"a {kind.__name__}")
     if not isinstance(method, str) or method not in METHODS:
         raise InvalidInput("method", method, f"one of {', '.join(METHODS)}")
     given = {"tolerance": tolerance, "dt": dt, "max_time": max_time, "rtol": rtol, "atol": atol}

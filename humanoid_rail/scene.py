@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
@@ -78,6 +79,8 @@ def check_scene(robot: Robot, scene: Scene) -> None:
         if hand not in robot.hand_names:
             valid = f"no such hand; the targets are for {_list(robot.hand_names)}"
             raise InvalidInput(f"targets.{hand}", list(target), valid)
+        if len(target) != 3 or not all(math.isfinite(x) for x in target):
+            raise InvalidInput(f"targets.{hand}", target, "three finite numbers")
     for hand in robot.hand_names:
         if hand not in scene.targets:
             valid = f"a target [x, y, z] for each of {_list(robot.hand_names)}"

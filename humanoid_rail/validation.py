@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Self
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import ErrorDetails
@@ -29,6 +30,18 @@ class Frozen(BaseModel, metaclass=_Metaclass):
     model_config = ConfigDict(
         frozen=True, extra="forbid", strict=True, allow_inf_nan=False, use_attribute_docstrings=True
     )
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """Return a copy with some fields changed, validated like any other (which pydantic's own is not).
+
+        Args:
+            update: The fields to change.
+            deep: Has no effect: nothing here can be changed.
+
+        Raises:
+            InvalidInput: If a field is not valid.
+        """
+        return type(self)(**{name: getattr(self, name) for name in type(self).model_fields} | dict(update or {}))
 
 
 def invalid_input(error: ValidationError, source: str | None = None) -> InvalidInput:

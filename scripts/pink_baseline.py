@@ -40,24 +40,17 @@ class Pink:
         self.model = pin.buildModelFromXML(robot.urdf, True)
         # Eq. 4.9 knows no limits either; and Pink would log every step beyond them.
         self.model.lowerPositionLimit[:], self.model.upperPositionLimit[:] = -np.inf, np.inf
-        bodies = pin.buildGeomFromUrdfString(self.model, robot.urdf, pin.GeometryType.COLLISION)
-        links = range(bodies.ngeoms)
-        for i, obstacle in enumerate(scene.obstacles):
-            for j, (shape, placement) in enumerate(placed_shapes(obstacle)):
-                where = pin.SE3(placement.getRotation(), placement.getTranslation())
-                index = bodies.addGeometryObject(pin.GeometryObject(f"obstacle_{i}_{j}", 0, where, shape))
-                for link in links:
-                    bodies.addCollisionPair(pin.CollisionPair(link, index))
+        bodies = _bodies(self.model, robot, scene) if barriers else None
         start = np.array(robot.initial if scene.initial is None else scene.initial, float)
         self.configuration = pink.Configuration(
             self.model,
             self.model.createData(),
             start,
             collision_model=bodies,
-            collision_data=bodies.createData(),
+            collision_data=bodies.createData() if bodies else None,
         )
-        pairs = len(bodies.collisionPairs)
-        self.barriers = [SelfCollisionBarrier(pairs, d_min=0.0)] if barriers and pairs else []
+        pairs = len(bodies.collisionPairs) if bodies else 0
+        self.barriers = [SelfCollisionBarrier(pairs, d_min=0.0)] if pairs else []
         self.tasks = []
         for hand in robot.hands:
             # In Pink a gain is the share of the error that a step takes away.
@@ -91,3 +84,16 @@ class Pink:
             self.configuration.integrate_inplace(self.velocity(), self.dt)
             path.append(self.configuration.q.copy())
         return Rollout(np.array(path), self.error() <= tolerance)
+
+
+def _bodies(model: pin.Model, robot: Robot, scene: Scene) -> pin.GeometryModel:
+    """Return links and obstacles, and all pairs of one and the other."""
+    bodies = pin.buildGeomFromUrdfString(model, robot.urdf, pin.GeometryType.COLLISION)
+    links = range(bodies.ngeoms)
+    for i, obstacle in enumerate(scene.obstacles):
+        for j, (shape, placement) in enumerate(placed_shapes(obstacle)):
+            where = pin.SE3(placement.getRotation(), placement.getTranslation())
+            index = bodies.addGeometryObject(pin.GeometryObject(f"obstacle_{i}_{j}", 0, where, shape))
+            for link in links:
+                bodies.addCollisionPair(pin.CollisionPair(link, index))
+    return bodies

@@ -112,6 +112,26 @@ def test_unknown_arguments_and_jobs_are_refused(robot: Robot, scenes: list[Scene
             plan_many(robot, scenes, n_jobs=n_jobs)  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize("scenes", ["scenes/dev", 3, [1], None])
+def test_what_is_no_list_of_scenes_is_refused(robot: Robot, scenes: Any) -> None:
+    with pytest.raises(InvalidInput, match="scenes"):
+        plan_many(robot, scenes)
+
+
+def test_one_scene_is_no_list_and_a_robot_is_needed(robot: Robot, scenes: list[Scene]) -> None:
+    with pytest.raises(InvalidInput, match="a list of scenes"):
+        plan_many(robot, scenes[0])  # type: ignore[arg-type]
+    with pytest.raises(InvalidInput, match="robot"):
+        plan_many(None, scenes)  # type: ignore[arg-type]
+
+
+def test_backends_that_have_no_results_before_the_last(robot: Robot, scenes: list[Scene]) -> None:
+    with joblib.parallel_config(backend="multiprocessing"):
+        outcomes = plan_many(robot, scenes, n_jobs=2, dt=0.05)
+    for scene, outcome in zip(scenes, outcomes, strict=True):
+        assert same(outcome, plan(robot, scene, dt=0.05))
+
+
 def test_no_scenes(robot: Robot) -> None:
     assert plan_many(robot, []) == []
 

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -35,6 +36,7 @@ from humanoid_rail import (
     resolution,
     robot_from_urdf,
 )
+from humanoid_rail.integration import Settings
 from humanoid_rail.obstacles import Obstacle
 
 native = pytest.importorskip("humanoid_rail.native", reason="the native engine was not built")
@@ -86,7 +88,7 @@ def test_q_dot_agrees_to_1e_10(robot: Robot, cube_file: str) -> None:
             q = random_q(robot, rng)
             state = reference.state(q)
             expected = resolution.gradient_projection(state, TARGETS, gains)
-            error = np.linalg.norm(fast.gradient_projection(q, TARGETS, gains) - expected) / np.linalg.norm(expected)
+            error = np.linalg.norm(fast.gradient_projection(TARGETS, gains)(q) - expected) / np.linalg.norm(expected)
             if error > 1e-10:
                 assert is_ambiguous(reference, q, gains, rng), error
                 continue
@@ -110,7 +112,7 @@ def test_q_dot_agrees_next_to_singularities(
         state = reference.state(q)
         smallest.append(np.linalg.svd(state.jacobian, compute_uv=False)[-1])
         expected = resolution.gradient_projection(state, TARGETS, Gains())
-        np.testing.assert_allclose(fast.gradient_projection(q, TARGETS, Gains()), expected, rtol=1e-8, atol=1e-9)
+        np.testing.assert_allclose(fast.gradient_projection(TARGETS, Gains())(q), expected, rtol=1e-8, atol=1e-9)
         np.testing.assert_allclose(fast.state(q).manipulability, state.manipulability, rtol=1e-10, atol=1e-14)
     assert stretch > 0.01 or min(smallest) < 0.1 * resolution.SINGULAR_VALUE
 
@@ -123,7 +125,9 @@ def test_states_and_measurements_agree(robot: Robot, rng: np.random.Generator, c
         a, b = fast.state(q), reference.state(q)
         for name in ("q", "hands", "jacobian", "manipulability_gradient", "clearance"):
             np.testing.assert_allclose(getattr(a, name), getattr(b, name), rtol=1e-10, atol=1e-12, err_msg=name)
-        assert a.clearance_gradient.shape == b.clearance_gradient.shape
+        # Where features are parallel the nearest points may differ, and with them the gradient.
+        same = np.isclose(a.clearance_gradient, b.clearance_gradient, rtol=1e-6, atol=1e-6).all(axis=-1)
+        assert same.mean() > 0.95
         for horizon in (0.0, 0.5, 1.0, np.inf):
             np.testing.assert_allclose(fast.measure(q, horizon).clearance, reference.measure(q, horizon).clearance)
     path = np.array([random_q(robot, rng) for _ in range(20)])
@@ -161,9 +165,9 @@ def test_far_clearances_are_measured_only_when_asked_for(robot: Robot, scene: Sc
     np.testing.assert_array_equal(near.clearance[~left_out], everything.clearance[~left_out])
 
 
-@pytest.mark.parametrize("name", ["sparse-80000", "shelf-80002"])
-def test_trajectories_agree_to_the_integrators_tolerance(robot: Robot, name: str) -> None:
-    scene = load_scene(next((ROOT / "scenes" / "dev").glob(f"{name.split('-')[0]}-*.json")))
+@pytest.mark.parametrize("family", ["sparse", "shelf"])
+def test_trajectories_agree_to_the_integrators_tolerance(robot: Robot, family: str) -> None:
+    scene = load_scene(min((ROOT / "scenes" / "dev").glob(f"{family}-*.json")))
     tight = {"rtol": 1e-9, "atol": 1e-9, "max_time": 1.0, "dt": 0.05}
     a, b = plan(robot, scene, **tight), plan(robot, scene, engine="python", **tight)
     assert (a.engine, b.engine) == ("native", "python")
@@ -200,7 +204,7 @@ def test_other_robots(rng: np.random.Generator, scene: Scene) -> None:
     for _ in range(20):
         q = random_q(one, rng)
         expected = resolution.gradient_projection(reference.state(q), TARGETS[:1], Gains())
-        np.testing.assert_allclose(fast.gradient_projection(q, TARGETS[:1], Gains()), expected, rtol=1e-9, atol=1e-10)
+        np.testing.assert_allclose(fast.gradient_projection(TARGETS[:1], Gains())(q), expected, rtol=1e-9, atol=1e-10)
 
 
 def test_limits_may_be_infinite(scene: Scene) -> None:
@@ -208,8 +212,6 @@ def test_limits_may_be_infinite(scene: Scene) -> None:
     model = robot.model.copy()
     model.velocityLimit[:] = np.inf
     model.effortLimit[:] = np.inf
-    from dataclasses import replace
-
     trajectory = plan(replace(robot, model=model), scene, dt=0.1)
     assert trajectory.engine == "native"
     np.testing.assert_array_equal(trajectory.q, plan(robot, scene, dt=0.1).q)
@@ -218,13 +220,67 @@ def test_limits_may_be_infinite(scene: Scene) -> None:
 @pytest.mark.parametrize("q", [np.zeros(11), np.zeros(13), np.zeros((2, 12)), np.zeros(0)])
 def test_configurations_of_the_wrong_size_are_refused(robot: Robot, q: np.ndarray) -> None:
     fast = native.Kinematics(robot)
-    for call in (fast.state, fast.measure, lambda q: fast.gradient_projection(q, TARGETS, Gains())):
+    for call in (fast.state, fast.measure, lambda q: fast.gradient_projection(TARGETS, Gains())(q)):
         with pytest.raises((ValueError, TypeError)):
             call(q)
     with pytest.raises((ValueError, TypeError)):
         fast.along(q.reshape(1, -1) if q.ndim == 1 else q[:, :5])
     with pytest.raises((ValueError, TypeError)):
-        fast.gradient_projection(robot.initial, TARGETS[:1], Gains())
+        fast.gradient_projection(TARGETS[:1], Gains())(robot.initial)
+
+
+NAN, INF = float("nan"), float("inf")
+
+
+@pytest.mark.parametrize("bad", [NAN, INF])
+def test_numbers_that_are_none_are_refused(robot: Robot, scene: Scene, bad: float) -> None:
+    fast = native.Kinematics(robot, scene.obstacles)
+    q, targets = robot.initial.copy(), TARGETS.copy()
+    q[3] = targets[1, 2] = bad
+    settings = Settings(tolerance=0.01, dt=0.01, max_time=60.0, rtol=1e-6, atol=1e-6)
+    calls = (
+        lambda: fast.state(q),
+        lambda: fast.measure(q),
+        lambda: fast.along(q[None, :]),
+        lambda: fast.gradient_projection(TARGETS, Gains())(q),
+        lambda: fast.gradient_projection(targets, Gains())(robot.initial),
+        lambda: native.integrate(fast, "gradient-projection", q, TARGETS, Gains(), settings),
+        lambda: native.integrate(fast, "gradient-projection", robot.initial, targets, Gains(), settings),
+    )
+    for call in calls:
+        with pytest.raises(ValueError, match="finite"):
+            call()
+    for change in ({"dt": 0.0}, {"dt": -1.0}, {"max_time": NAN}):
+        with pytest.raises(ValueError, match="greater than 0"):
+            native.integrate(fast, "gradient-projection", robot.initial, TARGETS, Gains(), replace(settings, **change))
+
+
+def test_targets_have_one_row_a_hand(robot: Robot) -> None:
+    for targets in (TARGETS.T, TARGETS[:1], TARGETS.ravel()):
+        with pytest.raises(InvalidInput, match="targets"):
+            native.Kinematics(robot).gradient_projection(targets, Gains())
+
+
+def test_unknown_obstacles_are_refused(robot: Robot) -> None:
+    with pytest.raises(InvalidInput, match="obstacles"):
+        native.Kinematics(robot, ({"type": "box"},))
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+def test_kinematics_leave_no_memory_behind(robot: Robot, rng: np.random.Generator) -> None:
+    obstacles = tuple(Sphere(center=center, radius=0.1) for center in rng.uniform(-50, 50, (1000, 3)))
+
+    def resident() -> int:
+        return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGESIZE")
+
+    def make(times: int) -> None:
+        for _ in range(times):
+            native.Kinematics(robot, obstacles).measure(robot.initial, 0.5)
+
+    make(20)
+    before = resident()
+    make(60)
+    assert resident() - before < 2e6
 
 
 def test_threads_plan_at_once(robot: Robot, scene: Scene) -> None:

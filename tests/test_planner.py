@@ -66,6 +66,24 @@ def test_the_integrators_tolerance_is_kept(robot: Robot, scene: Scene, plan: Pla
     np.testing.assert_allclose(loose.q[:600], tight.q[:600], atol=1e-3)
 
 
+def test_start_and_end_are_always_sampled(robot: Robot, scene: Scene, plan: Plan) -> None:
+    for settings in ({"dt": 1e10}, {"dt": 1.0, "max_time": 1e-10}):
+        trajectory = plan(robot, scene, **settings)
+        assert len(trajectory.t) == 2
+        assert trajectory.t[0] == 0.0
+        np.testing.assert_array_equal(trajectory.q[0], robot.initial)
+
+
+def test_robot_and_scene_are_checked(robot: Robot, scene: Scene, plan: Plan) -> None:
+    for arguments in ((scene, robot), (robot, "scenes/paper.yaml"), (None, scene)):
+        with pytest.raises(InvalidInput, match=r"robot|scene"):
+            plan(*arguments)  # type: ignore[arg-type]
+    changed = Scene(name="changed", targets={"left": (0, 0, 3), "right": (0, 1, 3)})
+    changed.targets["left"] = (float("nan"), 0.0, 0.0)
+    with pytest.raises(InvalidInput, match=r"targets\.left"):
+        plan(robot, changed)
+
+
 def test_targets_already_reached(robot: Robot, plan: Plan) -> None:
     trajectory = plan(robot, near(robot, 0.001))
     assert (trajectory.status, trajectory.duration, len(trajectory.t)) == (Status.REACHED, 0.0, 1)

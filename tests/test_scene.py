@@ -250,6 +250,25 @@ def test_meshes_that_cannot_be_used(tmp_path: Path, cube_file: str) -> None:
         assert caught.value.field == f"obstacles[0].{field}", fields
 
 
+def test_copies_are_validated(cube_file: str) -> None:
+    scene = make_scene(VALID)
+    assert scene.model_copy(update={"name": "other"}).name == "other"
+    assert scene.model_copy() == scene
+    sphere = Sphere(center=(0, 0, 0), radius=1)
+    mesh = Mesh(file=cube_file, center=(0, 0, 0))
+    assert mesh.model_copy(update={"center": (1, 0, 0)}).pieces[0].shape == mesh.pieces[0].shape
+    nan = float("nan")
+    for model, update in (
+        (sphere, {"radius": -1.0}),
+        (sphere, {"center": (nan, 0, 0)}),
+        (scene, {"targts": {}}),
+        (scene, {"targets": {"left": (nan, 0, 0)}}),
+        (scene, {"obstacles": ({"type": "box"},)}),
+    ):
+        with pytest.raises(InvalidInput):
+            model.model_copy(update=update)
+
+
 def test_scenes_pickle_and_compare(cube_file: str) -> None:
     scene = make_scene(mesh_scene(file=cube_file))
     again = pickle.loads(pickle.dumps(scene))
