@@ -38,7 +38,7 @@ sanitize:
 	$(SANITIZED)/bin/python -m pip install --quiet --editable '.[dev]' --config-settings=cmake.define.HUMANOID_RAIL_SANITIZE=ON
 	LD_PRELOAD="$$(gcc -print-file-name=libasan.so) $$(gcc -print-file-name=libubsan.so) $$(gcc -print-file-name=libstdc++.so)" \
 	ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1 \
-	$(SANITIZED)/bin/python -m pytest -k 'not python and not allocated' \
+	$(SANITIZED)/bin/python -m pytest -k 'not python and not allocated and not memory' \
 		tests/test_native.py tests/test_kinematics.py tests/test_resolution.py tests/test_planner.py tests/test_paper.py
 
 $(VENV)/pyvenv.cfg:

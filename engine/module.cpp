@@ -114,7 +114,7 @@ auto along(GradientProjection& method, const Eigen::Ref<const Rows>& motion, dou
   return std::make_tuple(std::move(hands), std::move(manipulability), std::move(clearance));
 }
 
-void check_task(const Gains& gains, const Vector& targets, const GradientProjection& method) {
+void check_task(const Gains& gains, const Eigen::Ref<const Vector>& targets, const GradientProjection& method) {
   check_size("targets", targets.size(), method.kinematics.robot().rows());
   check_size("gain", gains.gain.size(), method.kinematics.robot().rows());
   check_finite("targets", targets.transpose());
@@ -227,7 +227,8 @@ NB_MODULE(_engine, module) {
       .def("along", &along, "q"_a, "horizon"_a)
       .def(
           "velocity",
-          [](GradientProjection& self, const Vector& q, const Vector& targets, const Gains& gains) {
+          [](GradientProjection& self, const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& targets,
+             const Gains& gains) {
             check_size("q", q.size(), self.kinematics.robot().n());
             check_finite("q", q.transpose());
             check_task(gains, targets, self);
@@ -236,8 +237,8 @@ NB_MODULE(_engine, module) {
           "q"_a, "targets"_a, "gains"_a)
       .def(
           "integrate",
-          [](GradientProjection& self, const Vector& start, const Vector& targets, const Gains& gains,
-             const Settings& settings) {
+          [](GradientProjection& self, const Eigen::Ref<const Vector>& start, const Eigen::Ref<const Vector>& targets,
+             const Gains& gains, const Settings& settings) {
             check_size("start", start.size(), self.kinematics.robot().n());
             check_finite("start", start.transpose());
             check_task(gains, targets, self);
