@@ -23,7 +23,7 @@ Outcome = Trajectory | Exception
 Task = list[int]
 """Indices of the scenes that a worker is given at a time."""
 
-LARGEST_TASK = 16
+LARGEST_TASK = 24
 """The most scenes that a worker process is given at a time."""
 TASKS_EACH = 8
 """How many tasks each worker gets at least, so that none waits long for another at the end."""
