@@ -116,10 +116,11 @@ def main(json_file: Path | None, readme: Path | None, docs: Path | None, repeats
     figures: list[Figure] = []
     ratios: list[Ratio] = []
     for what, measured in (
+        # First, while this process is as light as the workers.
+        ("many plans", measure_batch(max(3, repeats // 2), plans)),
         ("an evaluation", measure_evaluation(repeats, pink)),
         ("a plan", measure_plan(repeats, pink)),
         ("many obstacles", measure_obstacles(repeats)),
-        ("many plans", measure_batch(max(3, repeats // 2), plans)),
     ):
         with progress(f"measuring {what}"):
             for found in measured:
