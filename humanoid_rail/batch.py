@@ -15,7 +15,7 @@ from humanoid_rail.errors import HumanoidRailError, InvalidInput
 from humanoid_rail.parcel import Parcel, pack, shared_folder, unpack
 from humanoid_rail.planner import plan
 from humanoid_rail.robot import Robot
-from humanoid_rail.scene import Scene
+from humanoid_rail.scene import Scene, is_of_a_scene
 from humanoid_rail.trajectory import Trajectory
 
 Outcome = Trajectory | Exception
@@ -91,7 +91,7 @@ def plan_many(
             outcomes |= zip(indices, results, strict=True)
             advance(len(indices))
     for outcome in outcomes.values():
-        if isinstance(outcome, InvalidInput) and not _is_of_the_scene(outcome):
+        if isinstance(outcome, InvalidInput) and not is_of_a_scene(outcome):
             raise outcome
     return [outcomes[i] for i in range(len(scenes))]
 
@@ -165,7 +165,3 @@ def _that_pickles(error: Exception) -> Exception:
     except Exception:  # neither does what an exception carries have to pickle
         return HumanoidRailError(f"{type(error).__name__}: {error}")
     return error
-
-
-def _is_of_the_scene(error: InvalidInput) -> bool:
-    return error.field.split(".")[0].split("[")[0] in Scene.model_fields

@@ -46,7 +46,7 @@ def plan(
         scene: Start, targets and obstacles.
         method: How q_dot is found: `gradient-projection` is eq. 4.9. It neither prevents collisions nor knows limits:
             the result says what happened (`collision_free`, `limits_ok`), whatever its status.
-        engine: What computes it: `native` (C++) or `python` (the reference, some hundred times slower). Where the
+        engine: What computes it: `native` (C++) or `python` (the reference, 40 to 200 times slower). Where the
             native engine was not built, a RuntimeWarning says so and the other one is used.
         gain: Diagonal of K in 1/s: one number for all coordinates of the hands, or one for each.
         c_mu: Gain of the manipulability's gradient, 0 or more.

@@ -95,6 +95,11 @@ def check_scene(robot: Robot, scene: Scene) -> None:
             raise InvalidInput(f"initial[{i}] ({robot.joint_names[i]})", value, valid)
 
 
+def is_of_a_scene(error: InvalidInput) -> bool:
+    """Return whether an error is about a field of a scene, and not about another argument."""
+    return error.field.split(".")[0].split("[")[0] in Scene.model_fields
+
+
 def scene_schema(robot: Robot) -> dict[str, Any]:
     """Return the JSON Schema of scene files for a robot, which editors use for completion and checks."""
     schema = Scene.model_json_schema()

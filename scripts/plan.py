@@ -25,6 +25,7 @@ from humanoid_rail import (
 from humanoid_rail.cli import console, has_display, progress, run
 from humanoid_rail.engines import ENGINES
 from humanoid_rail.resolution import METHODS
+from humanoid_rail.scene import is_of_a_scene
 from humanoid_rail.trajectory import check_folder
 from humanoid_rail.viewer import playback_html, show
 
@@ -81,7 +82,7 @@ def main(
         with progress("planning"):
             trajectory = plan(robot, scene, method, **given) if case is None else plan_case(robot, case, **given)
     except InvalidInput as error:
-        if error.field.split(".")[0].split("[")[0] in Scene.model_fields:
+        if is_of_a_scene(error):
             error.source = scene_file  # the scene is sound in itself but not one for this robot
         raise
 

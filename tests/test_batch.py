@@ -62,16 +62,6 @@ class Deadly(Scene):
         return super().__getattribute__(name)
 
 
-class Odd(Scene):
-    """A scene that raises something which does not pickle."""
-
-    @property
-    def obstacles(self) -> Any:  # type: ignore[override]
-        error = RuntimeError("odd")
-        error.held = lambda: None  # type: ignore[attr-defined]
-        raise error
-
-
 def test_not_even_a_dying_worker_takes_others_down(robot: Robot, scenes: list[Scene]) -> None:
     deadly = Deadly(**{**scenes[0].model_dump(), "obstacles": (), "name": "deadly", "parent": os.getpid()})
     many = [*scenes[:3], deadly, *scenes[3:]]
