@@ -57,7 +57,15 @@ double velocity_seconds(GradientProjection& method, const Matrix& configurations
                         const Gains& gains, int repeats) {
   const Matrix columns = configurations.transpose();
   return seconds(configurations, repeats,
-                 [&](Eigen::Index i) { return method.velocity(columns.col(i), targets, gains)[0]; });
+                 [&](Eigen::Index i) { return method.velocity(columns.col(i), 0.0, targets, gains)[0]; });
+}
+
+double safe_velocity_seconds(SafeVelocity& method, const Matrix& configurations, const Vector& targets,
+                             const Gains& gains, const Safety& safety, double dt, int repeats) {
+  const Matrix columns = configurations.transpose();
+  return seconds(configurations, repeats, [&](Eigen::Index i) {
+    return method.velocity(columns.col(i), 0.0, targets, gains, safety, dt)[0];
+  });
 }
 
 }  // namespace humanoid_rail

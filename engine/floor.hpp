@@ -1,7 +1,7 @@
 // The bare library calls that an evaluation of eq. 4.9 is made of: what scripts/benchmark.py measures the engine by.
 #pragma once
 
-#include "resolution.hpp"
+#include "safety.hpp"
 
 namespace humanoid_rail {
 
@@ -12,5 +12,9 @@ double floor_seconds(const Robot& robot, const Obstacles& obstacles, const Matri
 // Seconds that one evaluation of eq. 4.9 takes, likewise.
 double velocity_seconds(GradientProjection& method, const Matrix& configurations, const Vector& targets,
                         const Gains& gains, int repeats);
+
+// Seconds that one safe velocity takes, likewise.
+double safe_velocity_seconds(SafeVelocity& method, const Matrix& configurations, const Vector& targets,
+                             const Gains& gains, const Safety& safety, double dt, int repeats);
 
 }  // namespace humanoid_rail

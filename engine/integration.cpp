@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
 #include <boost/math/tools/toms748_solve.hpp>
@@ -48,13 +47,14 @@ class Velocity {
   Velocity(GradientProjection& method, const Vector& targets, const Gains& gains)
       : method_(method), targets_(targets), gains_(gains) {}
 
-  void operator()(const Coordinates& q, Coordinates& q_dot, double) { q_dot = at(q); }
+  void operator()(const Coordinates& q, Coordinates& q_dot, double t) { q_dot = at(q, t); }
 
-  const Coordinates& at(const Coordinates& q) {
-    if (latest_q_ != q) {
-      const Vector& velocity = method_.velocity(vector(q), targets_, gains_);
+  const Coordinates& at(const Coordinates& q, double t) {
+    if (latest_q_ != q || latest_t_ != t) {
+      const Vector& velocity = method_.velocity(vector(q), t, targets_, gains_);
       if (!velocity.allFinite()) throw std::runtime_error("q_dot is not finite");
       latest_q_ = q;
+      latest_t_ = t;
       latest_.assign(velocity.begin(), velocity.end());
       ++evaluations;
     }
@@ -81,6 +81,7 @@ class Velocity {
   const Vector& targets_;
   const Gains& gains_;
   Coordinates latest_q_;
+  double latest_t_ = 0.0;
   Coordinates latest_;
 };
 
@@ -140,9 +141,9 @@ Integration integrate(GradientProjection& method, const Vector& start, const Vec
     visit(Coordinates(q.size(), 0.0));
     return finish(Status::reached);
   }
-  double singular_since = std::numeric_limits<double>::infinity();
+  double singular_since = INFINITE;
   try {
-    visit(velocity.at(q));
+    visit(velocity.at(q, 0.0));
     stepper.initialize(q, 0.0, std::min(FIRST_STEP / gains.gain.maxCoeff(), settings.max_time));
     for (;;) {
       const auto [from, to] = stepper.do_step(std::ref(velocity));  // odeint takes functions by value.
@@ -152,7 +153,7 @@ Integration integrate(GradientProjection& method, const Vector& start, const Vec
       } else {
         stepper.calc_state(end, q);
       }
-      const Coordinates& q_dot = velocity.at(q);
+      const Coordinates& q_dot = velocity.at(q, end);
       result.left = velocity.distance();
       if (result.left <= settings.tolerance) {
         end = time_of_arrival(stepper, velocity, from, end, settings.tolerance);
@@ -163,7 +164,7 @@ Integration integrate(GradientProjection& method, const Vector& start, const Vec
       visit(q_dot);
       sample_step();
       const bool held = velocity.is_held_by_singularity(settings.tolerance);
-      singular_since = held ? std::min(singular_since, end) : std::numeric_limits<double>::infinity();
+      singular_since = held ? std::min(singular_since, end) : INFINITE;
       const bool exhausted = velocity.evaluations > settings.max_evaluations;
       if (end - singular_since > settings.patience || (exhausted && held)) return finish(Status::singular);
       if (exhausted) return finish(Status::stalled);

@@ -12,9 +12,10 @@ struct Settings {
   double rtol, atol;    // Of the integrator.
   int max_evaluations;  // Evaluations of q_dot after which a motion is called stalled.
   double patience;      // How long a motion may be held by a singularity, s.
+  double progress;      // How long the hands may get no nearer, s; of the safe velocity alone.
 };
 
-enum class Status { reached, stalled, time_limit, singular };
+enum class Status { reached, stalled, time_limit, singular, overrun };
 
 struct Integration {
   Status status;

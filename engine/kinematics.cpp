@@ -43,6 +43,13 @@ void Kinematics::move_hands_to(const Eigen::Ref<const Vector>& q) {
   place_hands();
 }
 
+void Kinematics::move_bodies_to(const Eigen::Ref<const Vector>& q) {
+  full_ = robot_->offset;
+  full_.noalias() += robot_->coupling * q;
+  pinocchio::forwardKinematics(robot_->model, data_, full_);
+  pinocchio::updateGeometryPlacements(robot_->model, data_, robot_->bodies, bodies_);
+}
+
 void Kinematics::move_to(const Eigen::Ref<const Vector>& q) {
   const auto& model = robot_->model;
   full_ = robot_->offset;
@@ -170,6 +177,16 @@ void Kinematics::add_wrenches(std::vector<pinocchio::Force>& wrenches, Vector& g
     const auto v = model.joints[joint].idx_v();
     gradient[v] += data_.J.col(v).dot(wrenches[joint].toVector());
     wrenches[model.parents[joint]] += wrenches[joint];
+  }
+}
+
+void Kinematics::add_wrench(const pinocchio::Force& wrench, pinocchio::JointIndex joint, pinocchio::JointIndex from,
+                            double factor, Eigen::Ref<Vector> gradient) const {
+  const auto& model = robot_->model;
+  for (; joint > from; joint = model.parents[joint]) {
+    const auto v = model.joints[joint].idx_v();
+    const double torque = factor * data_.J.col(v).dot(wrench.toVector());
+    for (Coupling::InnerIterator S(robot_->coupling, v); S; ++S) gradient[S.col()] += S.value() * torque;
   }
 }
 

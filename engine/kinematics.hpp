@@ -20,8 +20,11 @@ class Kinematics {
   void move_to(const Eigen::Ref<const Vector>& q);
   // The same, for hands() alone.
   void move_hands_to(const Eigen::Ref<const Vector>& q);
+  // The same, for body() and joint() alone.
+  void move_bodies_to(const Eigen::Ref<const Vector>& q);
 
   const Robot& robot() const { return *robot_; }
+  const std::shared_ptr<const Robot>& robot_pointer() const { return robot_; }
   // f(q) of eq. 2.1 (3h), m.
   const Vector& hands() const { return hands_; }
   // J of eq. 2.2 (3h, n).
@@ -30,12 +33,18 @@ class Kinematics {
   double manipulability() const { return manipulability_; }
   // Where a collision body is.
   const pinocchio::SE3& body(int link) const { return bodies_.oMg[static_cast<std::size_t>(link)]; }
+  // Where a joint is.
+  const pinocchio::SE3& joint(pinocchio::JointIndex joint) const { return data_.oMi[joint]; }
 
   // Adds factor d mu/dq to a gradient with respect to all joints (nv); see manipulability_gradient in kinematics.py.
   void add_manipulability_gradient(double factor, Vector& gradient) const;
   // Adds to a gradient (nv) what wrenches, one for each joint's body, at the base's origin, do on the joints: J^T
   // applied to all at once. On return each wrench includes those farther out.
   void add_wrenches(std::vector<pinocchio::Force>& wrenches, Vector& gradient) const;
+  // Adds to a gradient (n) factor J^T wrench for a wrench, at the base's origin, on a joint's body. Joints up to and
+  // including `from` are left out, 0 leaves out none.
+  void add_wrench(const pinocchio::Force& wrench, pinocchio::JointIndex joint, pinocchio::JointIndex from,
+                  double factor, Eigen::Ref<Vector> gradient) const;
 
  private:
   using Columns = Eigen::Matrix<double, 3, Eigen::Dynamic>;

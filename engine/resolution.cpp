@@ -84,18 +84,33 @@ GradientProjection::GradientProjection(std::shared_ptr<const Robot> robot, const
       velocity_(robot->n()),
       wrenches_(static_cast<std::size_t>(robot->model.njoints)) {}
 
-const Vector& GradientProjection::velocity(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& targets,
-                                           const Gains& gains) {
+const Vector& GradientProjection::velocity(const Eigen::Ref<const Vector>& q, double t,
+                                           const Eigen::Ref<const Vector>& targets, const Gains& gains) {
+  // Without the penalty nobody asks what is near.
+  look(q, t, gains.c_kappa != 0.0 ? gains.epsilon : -INFINITE);
+  return resolve(targets, gains);
+}
+
+void GradientProjection::look(const Eigen::Ref<const Vector>& q, double t, double horizon) {
   kinematics.move_to(q);
+  clearances.move_to(t);
+  near_ = nullptr;
+  if (clearances.obstacles() > 0 && horizon > -INFINITE) {
+    near_ = &clearances.within(horizon, kinematics);
+  }
+}
+
+const Vector& GradientProjection::resolve(const Eigen::Ref<const Vector>& targets, const Gains& gains) {
   const Robot& robot = kinematics.robot();
 
   // q_dot_0 = c_mu (d mu/dq)^T - c_kappa sum_i (d kappa(psi_i)/dq)^T, eq. 4.8, with kappa = (psi - epsilon)^2 within
   // epsilon, first with respect to all joints and then, by S^T, to the actuated ones.
   gradient_.setZero();
   if (gains.c_mu != 0.0) kinematics.add_manipulability_gradient(gains.c_mu, gradient_);
-  if (gains.c_kappa != 0.0 && clearances.obstacles() > 0) {
+  if (gains.c_kappa != 0.0 && near_) {
     for (auto& wrench : wrenches_) wrench.setZero();
-    for (const Nearest& pair : clearances.within(gains.epsilon, kinematics)) {
+    for (const Nearest& pair : *near_) {
+      if (pair.distance >= gains.epsilon) continue;
       const double slope = 2.0 * (pair.distance - gains.epsilon);
       wrenches_[robot.joint_of(pair.link)] += pair.wrench() * (gains.c_kappa * slope);
     }

@@ -52,9 +52,13 @@ class GradientProjection {
  public:
   GradientProjection(std::shared_ptr<const Robot> robot, const Obstacles& obstacles);
 
-  // Returns q_dot (n), m/s and rad/s, at a configuration (n) for targets x_f (3h) in m.
-  const Vector& velocity(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& targets,
+  // Returns q_dot (n), m/s and rad/s, at a configuration (n) and a time in s, for targets x_f (3h) in m.
+  const Vector& velocity(const Eigen::Ref<const Vector>& q, double t, const Eigen::Ref<const Vector>& targets,
                          const Gains& gains);
+  // The two halves of that: moves robot and obstacles and finds what is within a horizon, ...
+  void look(const Eigen::Ref<const Vector>& q, double t, double horizon);
+  // ... which has to be the activation distance or more, and resolves the redundancy there.
+  const Vector& resolve(const Eigen::Ref<const Vector>& targets, const Gains& gains);
   // e of eq. 4.1 (3h) where velocity() was asked for last, m.
   const Vector& error() const { return error_; }
   const PseudoInverse& pseudoinverse() const { return pseudoinverse_; }
@@ -63,6 +67,7 @@ class GradientProjection {
   Clearances clearances;
 
  private:
+  const std::vector<Nearest>* near_ = nullptr;
   PseudoInverse pseudoinverse_;
   Vector error_;
   Vector Ke_;

@@ -1,5 +1,6 @@
 #include "robot.hpp"
 
+#include <algorithm>
 #include <stdexcept>
 
 #include <pinocchio/serialization/geometry.hpp>
@@ -8,8 +9,12 @@
 namespace humanoid_rail {
 
 Robot::Robot(const std::string& model_archive, const std::string& bodies_archive, const Matrix& S, const Vector& s0,
-             std::vector<Hand> points)
-    : coupling(S.sparseView()), offset(s0), hands(std::move(points)) {
+             std::vector<Hand> points, std::vector<std::pair<int, int>> pairs, Limits joint_limits)
+    : coupling(S.sparseView()),
+      offset(s0),
+      hands(std::move(points)),
+      self_collision_pairs(std::move(pairs)),
+      limits(std::move(joint_limits)) {
   model.loadFromString(model_archive);
   bodies.loadFromString(bodies_archive);
   if (S.rows() != model.nv || s0.size() != model.nq || model.nq != model.nv || model.nv != model.njoints - 1) {
@@ -22,8 +27,24 @@ Robot::Robot(const std::string& model_archive, const std::string& bodies_archive
       if (column < 0 || column >= S.cols()) throw std::invalid_argument("an arm needs columns of q");
     }
   }
+  for (const auto& [link, other] : self_collision_pairs) {
+    if (std::min(link, other) < 0 || std::max(link, other) >= links()) {
+      throw std::invalid_argument("a pair needs two collision bodies");
+    }
+  }
+  for (const Vector* limit : {&limits.lower, &limits.upper, &limits.velocity}) {
+    if (limit->size() != S.cols()) throw std::invalid_argument("limits need a number for each actuated joint");
+  }
   for (auto& body : bodies.geometryObjects) body.geometry->computeLocalAABB();
   for (const auto& supports : model.supports) chains_.emplace_back(supports.begin() + 1, supports.end());
+}
+
+pinocchio::JointIndex Robot::common_joint(int link, int other) const {
+  const auto& a = chain_to(joint_of(link));
+  const auto& b = chain_to(joint_of(other));
+  pinocchio::JointIndex common = 0;
+  for (std::size_t i = 0; i < std::min(a.size(), b.size()) && a[i] == b[i]; ++i) common = a[i];
+  return common;
 }
 
 }  // namespace humanoid_rail

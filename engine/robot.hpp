@@ -1,6 +1,7 @@
 // A robot as frozen data: Pinocchio model, linear coupling, collision bodies and hands. Beside humanoid_rail/robot.py.
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@ namespace humanoid_rail {
 
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
+constexpr double INFINITE = std::numeric_limits<double>::infinity();
 using Coupling = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
 // A point of the robot that is given targets.
@@ -20,17 +22,25 @@ struct Hand {
   std::vector<int> arm;  // Columns in q of the joints of its arm.
 };
 
+// What the actuated joints (n) can do.
+struct Limits {
+  Vector lower, upper;  // m or rad.
+  Vector velocity;      // m/s or rad/s.
+};
+
 // A robot whose joints follow its n actuated ones linearly: q_full = S q + s0. Every joint has one degree of freedom.
 struct Robot {
   // The model and the collision bodies come as Pinocchio's own text archives. Throws std::invalid_argument.
   Robot(const std::string& model, const std::string& bodies, const Matrix& coupling, const Vector& offset,
-        std::vector<Hand> hands);
+        std::vector<Hand> hands, std::vector<std::pair<int, int>> self_collision_pairs, Limits limits);
 
   pinocchio::Model model;
   pinocchio::GeometryModel bodies;
   Coupling coupling;  // S: a row for each joint of the model.
   Vector offset;      // s0
   std::vector<Hand> hands;
+  std::vector<std::pair<int, int>> self_collision_pairs;  // Collision bodies that may collide.
+  Limits limits;
 
   // The joint that carries a collision body.
   pinocchio::JointIndex joint_of(int link) const {
@@ -38,8 +48,12 @@ struct Robot {
   }
   // The joints that move a hand, from the base outwards.
   const std::vector<pinocchio::JointIndex>& chain_of(const Hand& hand) const {
-    return chains_[model.frames[hand.frame].parentJoint];
+    return chain_to(model.frames[hand.frame].parentJoint);
   }
+  // The joints that move the body of a joint, from the base outwards, itself the last.
+  const std::vector<pinocchio::JointIndex>& chain_to(pinocchio::JointIndex joint) const { return chains_[joint]; }
+  // The outermost joint that moves two bodies alike; 0, the base, where there is none.
+  pinocchio::JointIndex common_joint(int link, int other) const;
   int n() const { return static_cast<int>(coupling.cols()); }
   int rows() const { return 3 * static_cast<int>(hands.size()); }
   int links() const { return static_cast<int>(bodies.ngeoms); }

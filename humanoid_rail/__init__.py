@@ -5,6 +5,7 @@
 """
 
 from humanoid_rail.batch import WorkerDied, plan_many
+from humanoid_rail.certificate import Certificate, Contact
 from humanoid_rail.description import build_urdf
 from humanoid_rail.errors import HumanoidRailError, InvalidInput
 from humanoid_rail.kinematics import Kinematics, State
@@ -14,14 +15,18 @@ from humanoid_rail.paper import paper_scene, plan_case
 from humanoid_rail.planner import plan
 from humanoid_rail.resolution import Gains
 from humanoid_rail.robot import Hand, Robot, load_robot, robot_from_urdf
+from humanoid_rail.safety import Safety
 from humanoid_rail.scene import Scene, load_scene, make_scene
 from humanoid_rail.trajectory import Status, Trajectory, read_trajectory, write_trajectory
+from humanoid_rail.verify import verify
 
 __version__ = "0.1.0"
 
 __all__ = [
     "Box",
     "Capsule",
+    "Certificate",
+    "Contact",
     "Gains",
     "HalfSpace",
     "Hand",
@@ -30,6 +35,7 @@ __all__ = [
     "Kinematics",
     "Mesh",
     "Robot",
+    "Safety",
     "Scene",
     "Sphere",
     "State",
@@ -47,5 +53,6 @@ __all__ = [
     "plan_many",
     "read_trajectory",
     "robot_from_urdf",
+    "verify",
     "write_trajectory",
 ]

@@ -9,7 +9,8 @@ from functools import cache
 from importlib.util import find_spec
 from typing import Any, NamedTuple
 
-from humanoid_rail import integration, kinematics
+from humanoid_rail import certification, integration, kinematics, rollout
+from humanoid_rail.certificate import Certificate
 from humanoid_rail.errors import InvalidInput
 from humanoid_rail.integration import Integration
 
@@ -24,7 +25,11 @@ class Engine(NamedTuple):
     kinematics: Callable[..., Any]
     """The `Kinematics` of the engine."""
     integrate: Callable[..., Integration]
-    """The `integrate` of the engine, for its own kinematics."""
+    """The `integrate` of the engine, for its own kinematics: eq. 4.9."""
+    rollout: Callable[..., Integration]
+    """The `rollout` of the engine, for its own kinematics: the safe velocity."""
+    certify: Callable[..., Certificate]
+    """The `certify` of the engine."""
 
 
 def get_engine(name: str) -> Engine:
@@ -40,10 +45,10 @@ def get_engine(name: str) -> Engine:
         message = f"the native engine is not there ({reason}); planning in Python, slower. See docs/engine.md"
         warnings.warn(message, RuntimeWarning, stacklevel=3)
     if name == "python" or reason is not None:
-        return Engine("python", kinematics.Kinematics, integration.integrate)
+        return Engine("python", kinematics.Kinematics, integration.integrate, rollout.rollout, certification.certify)
     from humanoid_rail import native
 
-    return Engine("native", native.Kinematics, native.integrate)
+    return Engine("native", native.Kinematics, native.integrate, native.rollout, native.certify)
 
 
 @cache

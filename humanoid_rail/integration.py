@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 from humanoid_rail.arrays import Array
 from humanoid_rail.kinematics import Kinematics, State
 from humanoid_rail.limits import Motion
-from humanoid_rail.resolution import METHODS, Gains, lost_direction, task_error
+from humanoid_rail.resolution import Gains, gradient_projection, lost_direction, task_error
 from humanoid_rail.trajectory import Status
 
 MAX_EVALUATIONS = 10_000
@@ -56,32 +56,28 @@ class Integration:
     """Where the integrator's steps begin, with q_dot there."""
 
 
-def integrate(
-    kinematics: Kinematics, method: str, start: Array, targets: Array, gains: Gains, settings: Settings
-) -> Integration:
-    """Integrate q_dot from the start until |e| falls to the tolerance or nothing more can come of it.
+def integrate(kinematics: Kinematics, start: Array, targets: Array, gains: Gains, settings: Settings) -> Integration:
+    """Integrate q_dot of eq. 4.9 from the start until |e| falls to the tolerance or nothing more can come of it.
 
     Args:
         kinematics: The robot among its obstacles.
-        method: Name of how q_dot is found.
         start: Configuration (n,) at t = 0.
         targets: x_f (h, 3), m.
-        gains: Parameters of the method.
+        gains: Parameters of eq. 4.9.
         settings: When to end, how to sample, how precise to be.
     """
-    q_dot = METHODS[method]
     K = gains.diagonal(targets.size)
-    latest = kinematics.state(start)
+    latest, latest_t = kinematics.state(start), 0.0
 
-    def state_at(q: Array) -> State:
+    def state_at(t: float, q: Array) -> State:
         # The integrator's last evaluation in a step is at the step's end, where the checks below look again.
-        nonlocal latest
-        if not np.array_equal(latest.q, q):
-            latest = kinematics.state(q)
+        nonlocal latest, latest_t
+        if t != latest_t or not np.array_equal(latest.q, q):
+            latest, latest_t = kinematics.state(q, t), t
         return latest
 
-    def velocity(_: float, q: Array) -> Array:
-        return q_dot(state_at(q), targets, gains)
+    def velocity(t: float, q: Array) -> Array:
+        return gradient_projection(state_at(t, q), targets, gains)
 
     def distance(q: Array) -> float:
         return float(np.linalg.norm(kinematics.hand_positions(q) - targets))
@@ -119,7 +115,7 @@ def integrate(
             return ended(Status.REACHED, left)
         places.append(solver.y)
         velocities.append(solver.f)
-        held = _is_held_by_singularity(state_at(solver.y), targets, settings.tolerance)
+        held = is_held_by_singularity(state_at(solver.t, solver.y), targets, settings.tolerance)
         singular_since = min(singular_since, solver.t) if held else np.inf
         exhausted = evaluations > MAX_EVALUATIONS
         if solver.t - singular_since > PATIENCE / K.min() or (exhausted and held):
@@ -130,7 +126,7 @@ def integrate(
             return ended(Status.TIME_LIMIT, left)
 
 
-def explain(status: Status, end: float, left: float, evaluations: int, settings: Settings, broken: str) -> str:
+def explain(status: Status, end: float, left: float, evaluations: int, settings: Settings, broken: str = "") -> str:
     """Return a status in a sentence, with numbers.
 
     Args:
@@ -161,6 +157,7 @@ def explain(status: Status, end: float, left: float, evaluations: int, settings:
                 f"{where} after {evaluations} evaluations of q_dot, the most allowed; often q_dot jumps to and fro "
                 "because the nearest points of links and obstacles do"
             )
+    raise ValueError(f"no motion by eq. 4.9 ends as {status}")
 
 
 def sample_times(end: float, dt: float) -> Array:
@@ -180,7 +177,7 @@ def _time_of_arrival(step: DenseOutput, distance: Callable[[Array], float], tole
     return float(brentq(excess, step.t_old, step.t, xtol=1e-12)) if excess(step.t) < 0 else float(step.t)
 
 
-def _is_held_by_singularity(state: State, targets: Array, tolerance: float) -> bool:
+def is_held_by_singularity(state: State, targets: Array, tolerance: float) -> bool:
     """Whether more than the tolerance of e lies in a direction that J has lost."""
     lost = lost_direction(state.jacobian)
     return lost is not None and abs(float(lost @ task_error(state, targets))) > tolerance

@@ -2,7 +2,8 @@
 
 This is the reference; `native.py` has the same in C++.
 
-Shapes: n actuated joints, h hands, L links (collision bodies), O obstacles. Metres and radians, in the base frame.
+Shapes: n actuated joints, h hands, L links (collision bodies), O obstacles, K convex pieces of all obstacles, P pairs
+of links to check against each other. Metres and radians, in the base frame.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from typing import NamedTuple
 import coal
 import numpy as np
 import pinocchio as pin
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from humanoid_rail.arrays import Array
 from humanoid_rail.obstacles import Obstacle
@@ -24,9 +25,20 @@ from humanoid_rail.shapes import PlacedShape, placed_shapes
 ZERO = 1e-14
 
 
+class Clearances(NamedTuple):
+    """Signed distances of pairs of bodies, and how they change."""
+
+    distance: Array
+    """(...), m; negative in penetration."""
+    gradient: Array
+    """With respect to q (..., n)."""
+    rate: Array
+    """With respect to time, by the obstacles' own motion (...), m/s."""
+
+
 @dataclass(frozen=True, eq=False)
 class State:
-    """Everything eq. 4.9 needs to know at a configuration."""
+    """Everything that eq. 4.9 and its constraints need to know at a configuration."""
 
     q: Array
     """Configuration (n,), m and rad."""
@@ -42,6 +54,10 @@ class State:
     """psi of eq. 3.3 (L, O): signed distance of each link from each obstacle, m; negative in penetration."""
     clearance_gradient: Array
     """d psi / dq (L, O, n)."""
+    pieces: Clearances
+    """The clearances of each link from each convex piece (L, K): those from the obstacles, if none has several."""
+    links: Clearances
+    """The clearances of pairs of links (P,), in the order of `Robot.self_collision_pairs`."""
 
 
 class Measurement(NamedTuple):
@@ -52,6 +68,8 @@ class Measurement(NamedTuple):
     manipulability: float
     clearance: Array
     """(L, O), m; infinite where it was not asked for."""
+    self_clearance: Array
+    """Of pairs of links (P,), m."""
 
 
 class Course(NamedTuple):
@@ -70,13 +88,18 @@ class Kinematics:
 
     def __init__(self, robot: Robot, obstacles: tuple[Obstacle, ...] = ()) -> None:
         self.robot = robot
-        self.obstacles = [placed_shapes(obstacle) for obstacle in obstacles]
+        self.obstacles = obstacles
+        self._pieces = [
+            _Piece(piece, np.array(obstacle.velocity), i)
+            for i, obstacle in enumerate(obstacles)
+            for piece in placed_shapes(obstacle)
+        ]
         self._data = robot.model.createData()
         self._bodies = robot.collision_model.createData()
         self._request = coal.DistanceRequest()
 
-    def state(self, q: ArrayLike) -> State:
-        """Return everything eq. 4.9 needs to know at a configuration (n,)."""
+    def state(self, q: ArrayLike, t: float = 0.0) -> State:
+        """Return everything that eq. 4.9 and its constraints need to know at a configuration (n,) and a time in s."""
         q = np.array(q, float)
         robot, model, data = self.robot, self.robot.model, self._data
         full = robot.full_configuration(q)
@@ -85,37 +108,53 @@ class Kinematics:
         jacobians = [self._hand_jacobian(hand.frame) for hand in robot.hands]
         arms = [J[:, robot.arm_columns(hand)] for J, hand in zip(jacobians, robot.hands, strict=True)]
         arm_derivatives = [self._hand_hessian(hand.frame)[:, robot.arm_columns(hand), :] for hand in robot.hands]
-        clearance, clearance_gradient = self._clearances_and_gradients()
+        pieces = self._piece_clearances(t)
+        nearest = self._nearest_pieces(pieces.distance)
         return State(
             q=q,
             hands=self._hands(),
             jacobian=np.vstack(jacobians),
             manipulability=manipulability(arms),
             manipulability_gradient=manipulability_gradient(arms, arm_derivatives),
-            clearance=clearance,
-            clearance_gradient=clearance_gradient,
+            clearance=np.take_along_axis(pieces.distance, nearest, axis=1),
+            clearance_gradient=np.take_along_axis(pieces.gradient, nearest[:, :, None], axis=1),
+            pieces=pieces,
+            links=self._link_clearances(),
         )
 
-    def measure(self, q: ArrayLike, horizon: float = np.inf) -> Measurement:
+    def measure(self, q: ArrayLike, horizon: float = np.inf, t: float = 0.0) -> Measurement:
         """Return hands, manipulability and clearances at a configuration (n,), without derivatives.
 
         Args:
             q: Configuration (n,), m and rad.
-            horizon: Clearances beyond it are given as infinite, save the smallest of all, m.
+            horizon: Clearances beyond it are given as infinite, save the smallest of all, m. Those of pairs of links
+                are given in any case.
+            t: When, which matters where obstacles move, s.
         """
         robot = self.robot
         full = robot.full_configuration(q)
         pin.computeJointJacobians(robot.model, self._data, full)
         self._place()
         arms = [self._hand_jacobian(hand.frame)[:, robot.arm_columns(hand)] for hand in robot.hands]
-        clearance = np.array(
-            [[self._nearest(link, obstacle).distance for obstacle in self.obstacles] for link in self._links()]
-        ).reshape(len(robot.link_names), len(self.obstacles))
-        return Measurement(self._hands(), manipulability(arms), _up_to(horizon, clearance))
+        links = self._links()
+        shape = (len(links), len(self._pieces))
+        distances = [[self._nearest(link, piece.at(t)).distance for piece in self._pieces] for link in links]
+        pieces = np.array(distances).reshape(shape)
+        clearance = np.take_along_axis(pieces, self._nearest_pieces(pieces), axis=1)
+        between = [self._nearest(links[a], links[b]).distance for a, b in robot.self_collision_pairs]
+        return Measurement(self._hands(), manipulability(arms), _up_to(horizon, clearance), np.array(between))
 
-    def along(self, q: ArrayLike, horizon: float = np.inf) -> Course:
-        """Return the same for each configuration of a motion (N, n), clearances those of the nearest link."""
-        measured = [self.measure(row, horizon) for row in np.asarray(q, float)]
+    def along(self, q: ArrayLike, horizon: float = np.inf, t: ArrayLike | None = None) -> Course:
+        """Return the same for each configuration of a motion (N, n), clearances those of the nearest link.
+
+        Args:
+            q: Configurations (N, n), m and rad.
+            horizon: As for :meth:`measure`.
+            t: Times (N,), which matter where obstacles move, s; 0 if not given.
+        """
+        q = np.asarray(q, float)
+        times = np.zeros(len(q)) if t is None else np.asarray(t, float)
+        measured = [self.measure(row, horizon, time) for row, time in zip(q, times, strict=True)]
         return Course(
             hands=np.array([m.hands for m in measured]),
             manipulability=np.array([m.manipulability for m in measured]),
@@ -176,34 +215,56 @@ class Kinematics:
             for body, M in zip(bodies, self._bodies.oMg, strict=True)
         ]
 
-    def _clearances_and_gradients(self) -> tuple[Array, Array]:
-        """Return psi (L, O) and d psi / dq (L, O, n).
+    def _piece_clearances(self, t: float) -> Clearances:
+        """Return psi (L, K), d psi / dq and d psi / dt for each link and each convex piece.
 
-        The distance between p1 on a link and p2 on an obstacle at rest changes by d psi / dq = -n^T dp1/dq, with n
-        from the link to the obstacle. coal's normal points that way in penetration too, so this holds on both sides
-        of contact. With V and W the linear and angular rows of the link's spatial Jacobian at the base's origin,
-        dp1/dq = V + W x p1, and n^T (W x p1) = (p1 x n)^T W: a unit force along n at p1, seen by the joints.
+        The distance between p1 on a link and p2 on an obstacle that moves at v changes by d psi / dq = -n^T dp1/dq and
+        d psi / dt = n^T v, with n from the link to the obstacle. coal's normal points that way in penetration too, so
+        this holds on both sides of contact. With V and W the linear and angular rows of the link's spatial Jacobian at
+        the base's origin, dp1/dq = V + W x p1, and n^T (W x p1) = (p1 x n)^T W: a unit force along n at p1, seen by the
+        joints.
         """
-        robot, model = self.robot, self.robot.model
-        shape = (len(robot.link_names), len(self.obstacles))
-        clearance, gradient = np.zeros(shape), np.zeros((*shape, robot.n))
-        if not self.obstacles:
-            return clearance, gradient
-        for i, (body, link) in enumerate(zip(robot.collision_model.geometryObjects, self._links(), strict=True)):
-            J = pin.getJointJacobian(model, self._data, body.parentJoint, pin.ReferenceFrame.WORLD) @ robot.coupling
-            distances, points, normals = zip(*(self._nearest(link, o) for o in self.obstacles), strict=True)
-            wrenches = np.hstack([normals, np.cross(points, normals)])
-            clearance[i], gradient[i] = distances, -wrenches @ J
-        return clearance, gradient
+        robot = self.robot
+        shape = (len(robot.link_names), len(self._pieces))
+        result = Clearances(np.zeros(shape), np.zeros((*shape, robot.n)), np.zeros(shape))
+        for i, link in enumerate(self._links()):
+            J = self._link_jacobian(i)
+            for k, piece in enumerate(self._pieces):
+                nearest = self._nearest(link, piece.at(t))
+                result.distance[i, k] = nearest.distance
+                result.gradient[i, k] = -nearest.wrench @ J
+                result.rate[i, k] = nearest.normal @ piece.velocity
+        return result
 
-    def _nearest(self, link: PlacedShape, obstacle: list[PlacedShape]) -> _Nearest:
-        """Return how near an obstacle's nearest convex piece is, the point on the link and the normal towards it."""
-        pieces = []
-        for piece in obstacle:
-            result = coal.DistanceResult()
-            distance = coal.distance(link.shape, link.placement, piece.shape, piece.placement, self._request, result)
-            pieces.append(_Nearest(distance, result.getNearestPoint1(), result.normal))
-        return min(pieces, key=lambda nearest: nearest.distance)
+    def _link_clearances(self) -> Clearances:
+        """Return the distances (P,) of pairs of links, and d/dq = n^T (dp2/dq - dp1/dq): both forces act at p1."""
+        pairs, links = self.robot.self_collision_pairs, self._links()
+        result = Clearances(np.zeros(len(pairs)), np.zeros((len(pairs), self.robot.n)), np.zeros(len(pairs)))
+        for i, (one, two) in enumerate(pairs):
+            nearest = self._nearest(links[one], links[two])
+            result.distance[i] = nearest.distance
+            result.gradient[i] = nearest.wrench @ (self._link_jacobian(two) - self._link_jacobian(one))
+        return result
+
+    def _link_jacobian(self, link: int) -> Array:
+        """Return the spatial Jacobian (6, n) of a link at the base's origin."""
+        joint = self.robot.collision_model.geometryObjects[link].parentJoint
+        J = pin.getJointJacobian(self.robot.model, self._data, joint, pin.ReferenceFrame.WORLD)
+        jacobian: Array = J @ self.robot.coupling
+        return jacobian
+
+    def _nearest_pieces(self, distance: Array) -> NDArray[np.intp]:
+        """Return for each link and obstacle (L, O) the piece that is nearest, given the distances (L, K)."""
+        of = np.array([piece.obstacle for piece in self._pieces], int)
+        pieces = [np.flatnonzero(of == obstacle) for obstacle in range(len(self.obstacles))]
+        nearest = [some[distance[:, some].argmin(axis=1)] for some in pieces]
+        return np.array(nearest, int).reshape(len(pieces), len(distance)).T
+
+    def _nearest(self, one: PlacedShape, two: PlacedShape) -> _Nearest:
+        """Return how near two convex bodies are, the point on the first and the normal towards the second."""
+        result = coal.DistanceResult()
+        distance = coal.distance(one.shape, one.placement, two.shape, two.placement, self._request, result)
+        return _Nearest(distance, result.getNearestPoint1(), result.normal)
 
 
 def _up_to(horizon: float, clearance: Array) -> Array:
@@ -211,10 +272,30 @@ def _up_to(horizon: float, clearance: Array) -> Array:
     return np.where(clearance <= max(horizon, clearance.min(initial=np.inf)), clearance, np.inf)
 
 
+class _Piece(NamedTuple):
+    """A convex piece of an obstacle."""
+
+    start: PlacedShape
+    """At t = 0."""
+    velocity: Array
+    obstacle: int
+
+    def at(self, t: float) -> PlacedShape:
+        """Return where it is at a time."""
+        shape, placement = self.start
+        moved = coal.Transform3s(placement.getRotation(), placement.getTranslation() + t * self.velocity)
+        return PlacedShape(shape, moved)
+
+
 class _Nearest(NamedTuple):
     distance: float
     point: Array
     normal: Array
+
+    @property
+    def wrench(self) -> Array:
+        """A unit force along the normal at the point, and its moment about the base's origin."""
+        return np.concatenate([self.normal, np.cross(self.point, self.normal)])
 
 
 def manipulability(arms: list[Array]) -> float:

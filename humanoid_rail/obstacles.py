@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import sqrt
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -68,6 +69,9 @@ def _not_zero(normal: tuple[float, float, float]) -> tuple[float, float, float]:
 
 class _Obstacle(Frozen):
     model_config = ConfigDict(json_schema_extra=_require_type)
+
+    velocity: Vector = (0.0, 0.0, 0.0)
+    """How fast it moves without turning, from where it is at t = 0, m/s."""
 
 
 class Sphere(_Obstacle):
@@ -162,3 +166,8 @@ class Mesh(_Obstacle):
 
 
 Obstacle = Annotated[Sphere | Box | Capsule | HalfSpace | Mesh, Field(discriminator="type")]
+
+
+def name_of(obstacles: Sequence[Obstacle], i: int) -> str:
+    """Return what messages call an obstacle of a scene."""
+    return f"obstacles[{i}] ({obstacles[i].type})"

@@ -1,4 +1,4 @@
-"""Plans a trajectory: checks what it is given, has an engine integrate q_dot, and judges the motion."""
+"""Plans a trajectory: checks what it is given, has an engine compute a motion, judges it and certifies it."""
 
 from __future__ import annotations
 
@@ -13,11 +13,15 @@ from humanoid_rail.engines import get_engine
 from humanoid_rail.errors import InvalidInput, checked_number
 from humanoid_rail.integration import Settings
 from humanoid_rail.limits import limit_violations, sampled
-from humanoid_rail.resolution import METHODS, Gains
+from humanoid_rail.obstacles import name_of
+from humanoid_rail.resolution import Gains
 from humanoid_rail.robot import Robot
+from humanoid_rail.safety import Safety
 from humanoid_rail.scene import Scene, check_scene
-from humanoid_rail.trajectory import Trajectory
+from humanoid_rail.trajectory import Status, Trajectory
 
+METHODS = ("gradient-projection", "qp")
+"""How q_dot is found; see :func:`plan`."""
 MAX_SAMPLES = 1_000_000
 """The most samples that a trajectory may have."""
 
@@ -32,6 +36,8 @@ def plan(
     c_mu: float = 1.0,
     c_kappa: float = 1.0,
     epsilon: float = 1.0,
+    safety_distance: float = 0.01,
+    damper_gain: float = 1.4,
     tolerance: float = 0.01,
     dt: float = 0.01,
     max_time: float = 60.0,
@@ -44,28 +50,33 @@ def plan(
     Args:
         robot: The robot.
         scene: Start, targets and obstacles.
-        method: How q_dot is found: `gradient-projection` is eq. 4.9. It neither prevents collisions nor knows limits:
-            the result says what happened (`collision_free`, `limits_ok`), whatever its status.
+        method: How q_dot is found. `gradient-projection` is eq. 4.9. It neither prevents collisions nor knows limits:
+            the result says what happened (`certified`, `limits_ok`), whatever its status. `qp` is the q_dot closest to
+            it that keeps links clear of obstacles and of each other, and joints within their position and speed limits.
         engine: What computes it: `native` (C++) or `python` (the reference, 40 to 200 times slower). Where the
             native engine was not built, a RuntimeWarning says so and the other one is used.
         gain: Diagonal of K in 1/s: one number for all coordinates of the hands, or one for each.
         c_mu: Gain of the manipulability's gradient, 0 or more.
         c_kappa: Gain of the penalties' gradient, 0 or more.
         epsilon: Activation distance of the penalty in m, 0 or more.
+        safety_distance: `qp` keeps clearances from falling below this, m, 0 or more. A start that is nearer to
+            something is led away from it.
+        damper_gain: Of `qp`, 1/s: clearances fall to the safety distance no faster than exp(-damper_gain t).
         tolerance: The motion ends where the norm of e, all coordinates of all hands together, falls to this, m.
-        dt: Time between samples, s.
+        dt: Time between samples, s. `qp` holds its velocity for so long.
         max_time: Longest motion, s.
-        rtol: Relative tolerance of the integrator (Dormand and Prince, order 5(4)).
+        rtol: Relative tolerance of the integrator of eq. 4.9 (Dormand and Prince, order 5(4)).
         atol: Absolute tolerance of the integrator, m and rad.
         far_clearances: Whether to measure at each sample also the clearances that are beyond the activation distance.
             If not, they are given as infinite, save the smallest, so that `min_clearance` is right in any case.
 
     Returns:
-        The trajectory up to where it got, with a status and a reason.
+        The trajectory up to where it got, with a status, a reason and a certificate of what is proven of the motion
+        between its samples; see :func:`verify`. By `qp` a motion whose certificate fails is not `reached`.
 
     Raises:
         InvalidInput: If an argument is not valid, the scene is not one for this robot, or the start is outside the
-            position limits or in penetration with an obstacle.
+            position limits or in penetration with an obstacle; for `qp` also if links touch each other there.
     """
     started = time.perf_counter()
     for name, value, kind in (("robot", robot, Robot), ("scene", scene, Scene)):
@@ -84,26 +95,42 @@ def plan(
         raise InvalidInput("far_clearances", far_clearances, "True or False")
     gains = Gains(gain, c_mu, c_kappa, epsilon)
     gains.diagonal(3 * len(robot.hands))
+    safety = Safety(safety_distance, damper_gain)
     computing = get_engine(engine)
     check_scene(robot, scene)
     kinematics = computing.kinematics(robot, scene.obstacles)
     start = np.array(robot.initial if scene.initial is None else scene.initial, float)
-    _check_start(kinematics.measure(start, horizon=0.0).clearance, robot, start, scene)
+    there = kinematics.measure(start, horizon=0.0)
+    _check_start(there.clearance, robot, start, scene)
+    if method == "qp":
+        _check_links(there.self_clearance, robot, start)
 
     targets = np.array([scene.targets[name] for name in robot.hand_names])
-    motion = computing.integrate(kinematics, method, start, targets, gains, settings)
-    course = kinematics.along(motion.q, np.inf if far_clearances else gains.epsilon)
+    if method == "qp":
+        motion = computing.rollout(kinematics, start, targets, gains, safety, settings)
+    else:
+        motion = computing.integrate(kinematics, start, targets, gains, settings)
+    course = kinematics.along(motion.q, np.inf if far_clearances else gains.epsilon, motion.t)
+    integrated = time.perf_counter()
+    certificate = computing.certify(robot, scene.obstacles, motion.t, motion.q)
+    certified = time.perf_counter()
+    status, reason = motion.status, motion.reason
+    if method == "qp" and status is Status.REACHED and not certificate.certified:
+        found = certificate.contact or f"no clearance larger than {certificate.clearance_bound} m could be proven"
+        status, reason = Status.UNCERTIFIED, f"{reason}, but {found}"
     return Trajectory(
         t=frozen(motion.t),
         q=frozen(motion.q),
         hands=frozen(course.hands),
         clearance=frozen(course.clearance),
         manipulability=frozen(course.manipulability),
-        status=motion.status,
-        reason=motion.reason,
+        status=status,
+        reason=reason,
         # Between samples a motion is linear; how fast it is at the integrator's own steps does not depend on dt.
         violations=limit_violations(robot, sampled(motion.t, motion.q), motion.visited),
+        certificate=certificate,
         planning_time=time.perf_counter() - started,
+        certification_time=certified - integrated,
         evaluations=motion.evaluations,
         joint_names=robot.joint_names,
         hand_names=robot.hand_names,
@@ -116,6 +143,9 @@ def plan(
             "c_mu": gains.c_mu,
             "c_kappa": gains.c_kappa,
             "epsilon": gains.epsilon,
+            **(
+                {"safety_distance": safety.safety_distance, "damper_gain": safety.damper_gain} if method == "qp" else {}
+            ),
             "far_clearances": far_clearances,
         },
     )
@@ -124,6 +154,16 @@ def plan(
 def _check_start(clearance: Array, robot: Robot, start: Array, scene: Scene) -> None:
     if clearance.size and clearance.min() < 0:
         link, obstacle = np.unravel_index(clearance.argmin(), clearance.shape)
-        where = f"{robot.link_names[link]} is {-clearance.min():.4g} m inside obstacles[{obstacle}]"
-        valid = f"a start clear of obstacles: {where} ({scene.obstacles[obstacle].type})"
-        raise InvalidInput("initial", [round(float(x), 6) for x in start], valid)
+        where = f"{robot.link_names[link]} is {-clearance.min():.4g} m inside {name_of(scene.obstacles, int(obstacle))}"
+        raise InvalidInput("initial", _rounded(start), f"a start clear of obstacles: {where}")
+
+
+def _check_links(clearance: Array, robot: Robot, start: Array) -> None:
+    if clearance.size and clearance.min() < 0:
+        one, other = robot.self_collision_pairs[int(clearance.argmin())]
+        where = f"{robot.link_names[one]} is {-clearance.min():.4g} m inside {robot.link_names[other]}"
+        raise InvalidInput("initial", _rounded(start), f"a start in which no links touch: {where}")
+
+
+def _rounded(start: Array) -> list[float]:
+    return [round(float(x), 6) for x in start]

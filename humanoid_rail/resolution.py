@@ -8,7 +8,7 @@ Shapes: n actuated joints, h hands, L links, O obstacles.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -174,10 +174,3 @@ def gradient_projection(state: State, targets: ArrayLike, gains: Gains) -> Array
     e = task_error(state, targets)
     primary = primary_velocity(state.jacobian, gains.diagonal(e.size), e)
     return redundant_velocity(primary, state.jacobian, secondary_velocity(state, gains))
-
-
-Method = Callable[[State, Array, Gains], Array]
-"""q_dot (n,) from a state, the targets (h, 3) and the gains."""
-
-METHODS: Mapping[str, Method] = {"gradient-projection": gradient_projection}
-"""Methods by name."""

@@ -38,6 +38,34 @@ def placed_shapes(obstacle: Obstacle) -> list[PlacedShape]:
             return [PlacedShape(_convex(vertices), placement) for vertices in obstacle.pieces]
 
 
+def support(placed: PlacedShape, direction: Array) -> float:
+    """Return the largest coordinate of a convex shape along a direction (3,), m if the direction has length 1.
+
+    Raises:
+        TypeError: If the shape is none of those that a URDF or a scene can hold.
+    """
+    shape, placement = placed
+    local: Array = placement.getRotation().T @ direction
+    middle = float(direction @ placement.getTranslation())
+    along, across, length = abs(float(local[2])), float(np.hypot(*local[:2])), float(np.linalg.norm(direction))
+    match shape:
+        case coal.Sphere():
+            reach = shape.radius * length
+        case coal.Capsule():
+            reach = shape.halfLength * along + shape.radius * length
+        case coal.Box():
+            reach = abs(local) @ shape.halfSide
+        case coal.Cylinder():
+            reach = shape.halfLength * along + shape.radius * across
+        case coal.Halfspace():  # along its own normal; in no other direction does it end
+            reach = shape.d
+        case coal.ConvexBase():
+            reach = (np.array(shape.points()) @ local).max()
+        case _:
+            raise TypeError(f"no support function of a {type(shape).__name__}")
+    return middle + float(reach)
+
+
 def _placement(
     center: tuple[float, float, float], rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
 ) -> coal.Transform3s:

@@ -16,6 +16,7 @@ from zipfile import BadZipFile
 import numpy as np
 
 from humanoid_rail.arrays import Array, FrozenArrays, frozen
+from humanoid_rail.certificate import Certificate, Contact
 from humanoid_rail.errors import InvalidInput
 from humanoid_rail.limits import Violation
 
@@ -31,6 +32,10 @@ class Status(StrEnum):
     """The motion lasts longer than it was allowed to."""
     SINGULAR = "singular"
     """An arm is stretched so that its hand cannot get nearer to its target; the others may not have arrived."""
+    OVERRUN = "overrun"
+    """A moving obstacle runs into the robot, and not even standing still avoids it."""
+    UNCERTIFIED = "uncertified"
+    """The hands are at their targets, but the way there could not be proven free of contact."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -57,8 +62,12 @@ class Trajectory(FrozenArrays):
     """The status in a sentence, with numbers."""
     violations: tuple[Violation, ...]
     """For each joint the worst excess over each of its limits."""
+    certificate: Certificate
+    """What is proven of the motion between its samples, for the obstacles and between the links."""
     planning_time: float
-    """s."""
+    """s, the certificate included."""
+    certification_time: float
+    """s, of the certificate alone."""
     evaluations: int
     """Number of evaluations of q_dot."""
     joint_names: tuple[str, ...]
@@ -76,7 +85,7 @@ class Trajectory(FrozenArrays):
 
     def __repr__(self) -> str:
         said = f"{self.status}, {self.duration:.4f} s, {len(self.t)} samples"
-        return f"Trajectory({said}, collision_free={self.collision_free}, limits_ok={self.limits_ok})"
+        return f"Trajectory({said}, certified={self.certified}, limits_ok={self.limits_ok})"
 
     @property
     def duration(self) -> float:
@@ -85,7 +94,7 @@ class Trajectory(FrozenArrays):
 
     @property
     def collision_free(self) -> bool:
-        """Whether every clearance is at least 0 (eq. 3.3) at every sample. Between samples nothing is said."""
+        """Whether every clearance from an obstacle is at least 0 (eq. 3.3) at every sample; see also `certified`."""
         return bool((self.clearance >= 0).all())
 
     @property
@@ -98,6 +107,26 @@ class Trajectory(FrozenArrays):
         """Smallest clearance of all samples in m; None without obstacles."""
         return float(self.clearance.min()) if self.clearance.size else None
 
+    @property
+    def certified(self) -> bool:
+        """Whether no link touches an obstacle or another link at any time, between samples neither."""
+        return self.certificate.certified
+
+    @property
+    def min_clearance_obstacles(self) -> float | None:
+        """Smallest clearance from an obstacle that was found in m; None without obstacles."""
+        return self.certificate.min_clearance_obstacles
+
+    @property
+    def min_clearance_self(self) -> float | None:
+        """Smallest clearance between two links that was found in m; None without pairs to check."""
+        return self.certificate.min_clearance_self
+
+    @property
+    def clearance_bound(self) -> float | None:
+        """No clearance is smaller at any time, m; None where there is nothing to touch."""
+        return self.certificate.clearance_bound
+
     def configuration(self, t: float) -> Array:
         """Return q (n,) at a time in s: linear between samples, the first or last one outside."""
         return np.array([np.interp(t, self.t, column) for column in self.q.T])
@@ -107,12 +136,18 @@ class Trajectory(FrozenArrays):
         return {
             "status": str(self.status),
             "reason": self.reason,
+            "certified": self.certified,
             "collision_free": self.collision_free,
             "limits_ok": self.limits_ok,
             "duration": self.duration,
             "planning_time": self.planning_time,
+            "certification_time": self.certification_time,
             "evaluations": self.evaluations,
             "min_clearance": self.min_clearance,
+            "min_clearance_obstacles": self.min_clearance_obstacles,
+            "min_clearance_self": self.min_clearance_self,
+            "clearance_bound": self.clearance_bound,
+            "contact": None if self.certificate.contact is None else asdict(self.certificate.contact),
             "manipulability_final": float(self.manipulability[-1]),
             "violations": [asdict(violation) for violation in self.violations],
             "scene": self.scene,
@@ -201,7 +236,9 @@ def read_trajectory(folder: str | Path) -> Trajectory:
                 status=Status(summary["status"]),
                 reason=summary["reason"],
                 violations=tuple(Violation(**violation) for violation in summary["violations"]),
+                certificate=_certificate(summary),
                 planning_time=summary["planning_time"],
+                certification_time=summary["certification_time"],
                 evaluations=summary["evaluations"],
                 joint_names=tuple(summary["joint_names"]),
                 hand_names=tuple(summary["hand_names"]),
@@ -213,6 +250,14 @@ def read_trajectory(folder: str | Path) -> Trajectory:
     except (OSError, ValueError, KeyError, TypeError, BadZipFile) as error:
         valid = f"a folder with trajectory.npz and summary.json ({error})"
         raise InvalidInput("trajectory", str(folder), valid) from error
+
+
+def _certificate(summary: Mapping[str, Any]) -> Certificate:
+    contact = summary["contact"]
+    if contact is not None:
+        contact = Contact(**{**contact, "point": tuple(contact["point"])})
+    numbers = {name: summary[name] for name in ("min_clearance_obstacles", "min_clearance_self", "clearance_bound")}
+    return Certificate(certified=summary["certified"], contact=contact, **numbers)
 
 
 def _npz(trajectory: Trajectory) -> bytes:

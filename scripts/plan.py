@@ -24,7 +24,7 @@ from humanoid_rail import (
 )
 from humanoid_rail.cli import console, has_display, progress, run
 from humanoid_rail.engines import ENGINES
-from humanoid_rail.resolution import METHODS
+from humanoid_rail.planner import METHODS
 from humanoid_rail.scene import is_of_a_scene
 from humanoid_rail.trajectory import check_folder
 from humanoid_rail.viewer import playback_html, show

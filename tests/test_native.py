@@ -25,6 +25,7 @@ from humanoid_rail import (
     InvalidInput,
     Mesh,
     Robot,
+    Safety,
     Scene,
     Sphere,
     Status,
@@ -35,6 +36,7 @@ from humanoid_rail import (
     plan,
     resolution,
     robot_from_urdf,
+    safety,
 )
 from humanoid_rail.integration import Settings
 from humanoid_rail.obstacles import Obstacle
@@ -190,7 +192,8 @@ def test_the_papers_cases_agree(robot: Robot, case: int) -> None:
 def test_constants_are_the_same() -> None:
     assert native._engine.SINGULAR_VALUE == resolution.SINGULAR_VALUE
     assert native._engine.MAX_DAMPING == resolution.MAX_DAMPING
-    assert set(native.METHODS) == set(resolution.METHODS)
+    for name in ("LIMIT_GAIN", "INFLUENCE", "FREE_SPEED", "TASK_WEIGHT", "LEAST_RATE", "SHARE", "LEAST_MARGIN"):
+        assert getattr(native._engine, name) == getattr(safety, name), name
 
 
 def test_other_robots(rng: np.random.Generator, scene: Scene) -> None:
@@ -244,15 +247,19 @@ def test_numbers_that_are_none_are_refused(robot: Robot, scene: Scene, bad: floa
         lambda: fast.along(q[None, :]),
         lambda: fast.gradient_projection(TARGETS, Gains())(q),
         lambda: fast.gradient_projection(targets, Gains())(robot.initial),
-        lambda: native.integrate(fast, "gradient-projection", q, TARGETS, Gains(), settings),
-        lambda: native.integrate(fast, "gradient-projection", robot.initial, targets, Gains(), settings),
+        lambda: fast.safe_velocity(TARGETS, Gains(), Safety(), 0.01)(q),
+        lambda: fast.safe_velocity(targets, Gains(), Safety(), 0.01)(robot.initial),
+        lambda: native.rollout(fast, q, TARGETS, Gains(), Safety(), settings),
+        lambda: native.certify(robot, scene.obstacles, np.array([0.0]), q[None, :]),
+        lambda: native.integrate(fast, q, TARGETS, Gains(), settings),
+        lambda: native.integrate(fast, robot.initial, targets, Gains(), settings),
     )
     for call in calls:
         with pytest.raises(ValueError, match="finite"):
             call()
     for change in ({"dt": 0.0}, {"dt": -1.0}, {"max_time": NAN}):
         with pytest.raises(ValueError, match="greater than 0"):
-            native.integrate(fast, "gradient-projection", robot.initial, TARGETS, Gains(), replace(settings, **change))
+            native.integrate(fast, robot.initial, TARGETS, Gains(), replace(settings, **change))
 
 
 def test_targets_have_one_row_a_hand(robot: Robot) -> None:

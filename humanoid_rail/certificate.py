@@ -1,0 +1,41 @@
+"""What is proven of a motion between its samples, as frozen data."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Contact:
+    """The first contact of a motion."""
+
+    t: float
+    """When, s."""
+    link: str
+    """Link of the robot."""
+    other: str
+    """What it touches: another link, or an obstacle, such as ``obstacles[3] (sphere)``."""
+    point: tuple[float, float, float]
+    """Where, in the base frame, m."""
+
+    def __str__(self) -> str:
+        where = ", ".join(f"{x:.3f}" for x in self.point)
+        return f"{self.link} touches {self.other} at t = {self.t:.4g} s, at ({where})"
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """What :func:`humanoid_rail.verify` proves of a motion that is linear in q between its samples."""
+
+    certified: bool
+    """Whether no link touches an obstacle or another link at any time, not only at the samples."""
+    min_clearance_obstacles: float | None
+    """Smallest clearance from an obstacle at the samples, or between them where that was looked at, m; None without
+    obstacles."""
+    min_clearance_self: float | None
+    """The same of two links of the robot; None without pairs to check."""
+    clearance_bound: float | None
+    """No clearance is smaller at any time, m: a true lower bound, at most about 1 mm below the smallest one found.
+    None where there is nothing to touch."""
+    contact: Contact | None
+    """The first contact, if there is one."""
