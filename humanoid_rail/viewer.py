@@ -1,4 +1,8 @@
-"""The meshcat view of a motion. The only module that imports meshcat."""
+"""The meshcat view of a motion. The only module that imports meshcat.
+
+Shown are the robot and what is in its way as they move, the hands' traces coloured by clearance, and lines between the
+nearest points of the closest bodies.
+"""
 
 from __future__ import annotations
 
@@ -7,11 +11,12 @@ import signal
 import threading
 import time
 import webbrowser
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
 from io import StringIO
 from itertools import combinations, product
 from types import FrameType
+from typing import Any
 
 import coal
 import meshcat
@@ -19,11 +24,13 @@ import meshcat.geometry as mg
 import meshcat.transformations as mt
 import numpy as np
 import pinocchio as pin
-from meshcat.animation import Animation
+from meshcat.animation import Animation, AnimationFrameVisualizer
 from scipy.spatial import ConvexHull
 
 from humanoid_rail.arrays import Array
 from humanoid_rail.camera import ZOOM, sight
+from humanoid_rail.certificate import Certificate
+from humanoid_rail.closest import Closest, ClosestPairs, closest_of_all, closest_pairs
 from humanoid_rail.obstacles import HalfSpace
 from humanoid_rail.robot import Robot
 from humanoid_rail.scene import Scene
@@ -36,6 +43,15 @@ HOLD = 1.5
 HAND_COLOURS = (0x1F70CC, 0xE86B1A, 0x2E9E5B, 0x8E44AD)
 OBSTACLE_COLOUR = 0xC0305A
 WALL_COLOUR = 0x7C8792
+CLOSEST_COLOUR = 0x11151C
+ENDS = ("one", "two")
+"""Nodes of the beads at the nearest points of a closest pair."""
+SCALE = ((0.0, 0xD7191C), (0.1, 0xF07F1B), (0.25, 0xEFBF1D), (0.5, 0x6F9DBF))
+"""Colours of the traces by clearance in m, linear in between: alarming near contact, calm from afar.
+
+Red, orange and yellow differ in lightness, and blue from them in hue, also for eyes that do not tell red from green."""
+PENETRATION_COLOUR = 0x4A0014
+"""Of the traces where the clearance is negative."""
 FLOOR = -0.33
 """Height of the grid: under the rail, m."""
 
@@ -45,28 +61,67 @@ _Y_TO_Z = mt.rotation_matrix(np.pi / 2, [1, 0, 0])
 
 def playback_html(robot: Robot, scene: Scene, trajectory: Trajectory) -> str:
     """Return a page that plays a motion back: one self-contained file, no server needed."""
+    pairs = closest_pairs(robot, scene, trajectory, _moments(trajectory))
     with _server() as view:
-        _publish(view, robot, scene, trajectory)
+        _publish(view, robot, scene, trajectory, pairs)
         page: str = view.static_html()
+    caption = _caption(trajectory, scene.name, closest_of_all(robot, scene, trajectory, pairs))
     head, body = "<title>MeshCat</title>", '<div id="meshcat-pane">'
     page = page.replace(head, f"<title>{html.escape(scene.name)}: humanoid_rail</title>", 1)
-    return page.replace(body, _caption(scene, trajectory) + body, 1)
+    return page.replace(body, caption + body, 1)
 
 
-def _caption(scene: Scene, trajectory: Trajectory) -> str:
+def _caption(trajectory: Trajectory, name: str, closest: Sequence[Closest]) -> str:
     """Return what the page says of the motion, as HTML."""
-    outcome = "collision-free" if trajectory.collision_free else "in collision"
-    clearance = "" if trajectory.min_clearance is None else f" (least clearance {trajectory.min_clearance:.3f} m)"
     limits = "within limits" if trajectory.limits_ok else "beyond joint limits"
-    said = f"{trajectory.status} in {trajectory.duration:.2f} s, {outcome}{clearance}, {limits}"
+    said = f"{trajectory.status} in {trajectory.duration:.2f} s, {_proof(trajectory.certificate)}, {limits}"
+    pairs = "; ".join(
+        f"{html.escape(pair.link)} &ndash; {html.escape(pair.other)}, {pair.distance:.3f} m at {pair.t:.2f} s"
+        for pair in closest
+    )
     hands = " ".join(
-        f'<span style="color:#{_hand_colour(i):06x}">&#9679;</span> {html.escape(name)}'
-        for i, name in enumerate(trajectory.hand_names)
+        f'<span style="color:#{_hand_colour(i):06x}">&#9679;</span> {html.escape(hand)}'
+        for i, hand in enumerate(trajectory.hand_names)
+    )
+    lines = [
+        f"<b>{html.escape(name)}</b>: {html.escape(said)}",
+        f'<span style="color:#{CLOSEST_COLOUR:06x}">&#9679;&#8212;&#9679;</span> closest: {pairs}' if pairs else "",
+        f"{hands}{_legend(trajectory, closest)}",
+        '<span style="color:#6b7684">Drag to turn, scroll to zoom; pause and time under Open Controls.</span>',
+    ]
+    return (
+        '<div style="position:fixed;left:8px;top:6px;max-width:70vw;padding:6px 10px;border-radius:6px;'
+        'background:rgba(245,248,251,0.45);font:14px/1.5 sans-serif;color:#2e3440;pointer-events:none">'
+        f"{''.join(f'<div>{line}</div>' for line in lines if line)}</div>"
+    )
+
+
+def _proof(certificate: Certificate) -> str:
+    """Return in a few words what is proven of a motion."""
+    if certificate.certified:
+        return "certified free of contact"
+    contact = certificate.contact
+    return "not certified" + (f": {contact.link} touches {contact.other} at {contact.t:.2f} s" if contact else "")
+
+
+def _legend(trajectory: Trajectory, closest: Sequence[Closest]) -> str:
+    """Return what the colours of the traces mean, as HTML: a bar with numbers in m; empty where they mean nothing."""
+    if not closest:
+        return ""
+    of = "obstacles" if trajectory.clearance.size else "other links"
+    zero, far = 18.0, SCALE[-1][0]  # the share of penetration, in per cent of the bar
+    at = [zero + (100 - zero) * clearance / far for clearance, _ in SCALE]
+    colours = [f"#{colour:06x} {x:g}%" for x, (_, colour) in zip(at, SCALE, strict=True)]
+    stops = ",".join([f"#{PENETRATION_COLOUR:06x} {zero:g}%", *colours])
+    marks = ["&lt; 0", *(f"{clearance:g}" for clearance, _ in SCALE[:-1]), f"&ge; {far:g}"]
+    label = "position:absolute;top:11px;transform:translateX(-50%);white-space:nowrap;font-size:11px;line-height:1"
+    numbers = "".join(
+        f'<span style="{label};left:{x:g}%">{mark}</span>' for x, mark in zip([zero / 2, *at], marks, strict=True)
     )
     return (
-        '<div style="position:fixed;left:16px;top:12px;max-width:70vw;font:14px/1.5 sans-serif;color:#2e3440;'
-        f'pointer-events:none"><b>{html.escape(scene.name)}</b>: {said}<br>{hands}<br>'
-        '<span style="color:#6b7684">Drag to turn, scroll to zoom; pause and time under Open Controls.</span></div>'
+        f'<span style="margin-left:20px">traces: clearance from {of}, m</span><span style="display:inline-block;'
+        "position:relative;width:250px;height:9px;margin:0 16px 10px 10px;vertical-align:middle;"
+        f'background:linear-gradient(to right,{stops})">{numbers}</span>'
     )
 
 
@@ -89,7 +144,7 @@ def show(
     """
     with _server() as view, _interruptible():
         try:
-            _publish(view, robot, scene, trajectory)
+            _publish(view, robot, scene, trajectory, closest_pairs(robot, scene, trajectory, _moments(trajectory)))
             on_ready(view.url())
             if open_browser:
                 webbrowser.open(view.url(), new=2)
@@ -130,8 +185,8 @@ def _interruptible() -> Iterator[None]:
             signal.signal(s, handler)
 
 
-def _publish(view: meshcat.Visualizer, robot: Robot, scene: Scene, trajectory: Trajectory) -> None:
-    """Send robot, scene, traces, camera and animation to a meshcat server."""
+def _publish(view: meshcat.Visualizer, robot: Robot, scene: Scene, trajectory: Trajectory, pairs: ClosestPairs) -> None:
+    """Send robot, scene, traces, closest pairs, camera and animation to a meshcat server."""
     view["/Background"].set_property("top_color", [0.93, 0.95, 0.97])
     view["/Background"].set_property("bottom_color", [0.78, 0.82, 0.86])
     view["/Axes"].set_property("visible", False)
@@ -156,24 +211,69 @@ def _publish(view: meshcat.Visualizer, robot: Robot, scene: Scene, trajectory: T
                 edges = mg.PointsGeometry(_edges(piece.shape).astype(np.float32))
                 material = mg.LineBasicMaterial(OBSTACLE_COLOUR)
                 view[f"obstacles/{i}/{j}/edges"].set_object(mg.LineSegments(edges, material))
+    clearance = _clearance(trajectory, pairs)
     for i, name in enumerate(trajectory.hand_names):
         _draw_target(view[f"targets/{name}"], np.array(scene.targets[name]), _hand_colour(i))
-        _draw_trace(view[f"traces/{name}"], trajectory.hands[:, i], _hand_colour(i))
-    view.set_animation(_animation(view, robot, trajectory), play=True, repetitions=10_000)
+        colours = np.tile(_rgb(_hand_colour(i)), (len(trajectory.t), 1)) if clearance is None else _colours(clearance)
+        _draw_trace(view[f"traces/{name}"], trajectory.hands[:, i], colours)
+    shown = [kind for kind, closest in pairs._asdict().items() if closest]
+    for kind in shown:
+        # Some links are never far from each other; obstacles matter more.
+        _draw_connection(view[f"closest/{kind}"], strong=kind == shown[0])
+    view.set_animation(_animation(view, robot, scene, trajectory, pairs), play=True, repetitions=10_000)
 
 
-def _animation(view: meshcat.Visualizer, robot: Robot, trajectory: Trajectory) -> Animation:
+def _moments(trajectory: Trajectory) -> Array:
+    """Return the time in the motion of each frame of the animation (F,), s: at the end all rests."""
+    frames = int(np.ceil((trajectory.duration + HOLD) * FRAMES_PER_SECOND)) + 1
+    return np.minimum(np.arange(frames) / FRAMES_PER_SECOND, trajectory.duration)
+
+
+def _animation(
+    view: meshcat.Visualizer, robot: Robot, scene: Scene, trajectory: Trajectory, pairs: ClosestPairs
+) -> Animation:
     animation = Animation(default_framerate=FRAMES_PER_SECOND)
     data = robot.model.createData()
-    frames = int(np.ceil((trajectory.duration + HOLD) * FRAMES_PER_SECOND)) + 1
-    for frame in range(frames):
-        q = trajectory.configuration(frame / FRAMES_PER_SECOND)
-        pin.forwardKinematics(robot.model, data, robot.full_configuration(q))
+    moments = _moments(trajectory)
+    for frame, t in enumerate(moments):
+        pin.forwardKinematics(robot.model, data, robot.full_configuration(trajectory.configuration(t)))
         with animation.at_frame(view, frame) as at:
             for joint in range(1, robot.model.njoints):
                 for tree in ("robot", "capsules"):
                     at[f"{tree}/{robot.model.names[joint]}"].set_transform(data.oMi[joint].homogeneous)
+            for kind, closest in pairs._asdict().items():
+                if closest:
+                    _move_connection(at[f"closest/{kind}"], closest[frame].points)
+    moving = [(i, np.array(obstacle.velocity)) for i, obstacle in enumerate(scene.obstacles) if any(obstacle.velocity)]
+    end = int(np.argmax(moments))
+    # In between they move evenly.
+    for frame in sorted({0, max(end - 1, 0), end, len(moments) - 1}):
+        with animation.at_frame(view, frame) as at:
+            for i, velocity in moving:
+                at[f"obstacles/{i}"].set_property("position", "vector3", (moments[frame] * velocity).tolist())
     return animation
+
+
+def _clearance(trajectory: Trajectory, pairs: ClosestPairs) -> Array | None:
+    """Return what the traces show (N,), m: from obstacles; without any between links; None without both."""
+    if trajectory.clearance.size:
+        nearest: Array = trajectory.clearance.min(axis=1)
+        return nearest
+    if not pairs.links:
+        return None
+    return np.interp(trajectory.t, [pair.t for pair in pairs.links], [pair.distance for pair in pairs.links])
+
+
+def _colours(clearance: Array) -> Array:
+    """Return the colours (..., 3) of clearances in m, red, green and blue from 0 to 1."""
+    at, colours = [x for x, _ in SCALE], np.array([_rgb(colour) for _, colour in SCALE])
+    scaled = np.stack([np.interp(clearance, at, channel) for channel in colours.T], axis=-1)
+    return np.where((clearance < 0)[..., None], _rgb(PENETRATION_COLOUR), scaled)
+
+
+def _rgb(colour: int) -> Array:
+    """Return a colour (3,) from 0 to 1."""
+    return np.array([colour >> 16 & 255, colour >> 8 & 255, colour & 255]) / 255
 
 
 def _hand_colour(i: int) -> int:
@@ -258,11 +358,48 @@ def _draw_target(view: meshcat.Visualizer, at: Array, colour: int) -> None:
     view.set_transform(mt.translation_matrix(at))
 
 
-def _draw_trace(view: meshcat.Visualizer, points: Array, colour: int) -> None:
-    """Draw the path of a hand as beads, 1 cm apart."""
+def _draw_trace(view: meshcat.Visualizer, points: Array, colours: Array) -> None:
+    """Draw the path of a hand as beads, 1 cm apart, from its points (N, 3) and their colours (N, 3)."""
     travelled = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     beads = np.arange(0.0, travelled[-1] + 1e-9, 0.01)
     position = np.array([np.interp(beads, travelled, column) for column in points.T])
-    rgb = np.array([[colour >> 16 & 255], [colour >> 8 & 255], [colour & 255]]) / 255
-    colours = np.repeat(rgb, position.shape[1], axis=1)
-    view.set_object(mg.PointCloud(position.astype(np.float32), colours.astype(np.float32), size=0.05))
+    colour = np.array([np.interp(beads, travelled, column) for column in colours.T])
+    view.set_object(mg.PointCloud(position.astype(np.float32), colour.astype(np.float32), size=0.05))
+
+
+class _OnTop(mg.Mesh):  # type: ignore[misc]  # meshcat has no types
+    """A mesh of one colour that is seen through everything else."""
+
+    def __init__(self, geometry: mg.Geometry, colour: int, order: int) -> None:
+        super().__init__(geometry, mg.MeshBasicMaterial(color=colour, transparent=True, depthTest=False))
+        self._order = order
+
+    def lower(self) -> dict[str, Any]:
+        data: dict[str, Any] = super().lower()
+        data["object"]["renderOrder"] = self._order
+        return data
+
+
+def _draw_connection(view: meshcat.Visualizer, strong: bool) -> None:
+    """Draw a line of length 1 and two beads at its ends, which :func:`_move_connection` puts in place.
+
+    They are seen through bodies, or else they would be hidden where it matters: where two touch. White around it sets a
+    strong one off from what is dark.
+    """
+    line, bead = (0.008, 0.025) if strong else (0.005, 0.016)
+    layers = [(0.008, 0xFFFFFF)] if strong else []
+    for order, (around, colour) in enumerate([*layers, (0.0, CLOSEST_COLOUR)], start=1):
+        view[f"line/{order}"].set_object(_OnTop(mg.Cylinder(1.0, line + around), colour, order))
+        for end in ENDS:
+            view[f"{end}/{order}"].set_object(_OnTop(mg.Sphere(bead + around), colour, order))
+
+
+def _move_connection(at: AnimationFrameVisualizer, points: Array) -> None:
+    """Put a connection between two points (2, 3) in a frame of the animation."""
+    for end, point in zip(ENDS, points, strict=True):
+        at[end].set_property("position", "vector3", point.tolist())
+    way = points[1] - points[0]
+    turn = pin.Quaternion.FromTwoVectors(np.array([0.0, 1.0, 0.0]), way)
+    at["line"].set_property("position", "vector3", points.mean(axis=0).tolist())
+    at["line"].set_property("quaternion", "quaternion", turn.coeffs().tolist())
+    at["line"].set_property("scale", "vector3", [1.0, max(float(np.linalg.norm(way)), 1e-4), 1.0])
