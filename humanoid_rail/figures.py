@@ -1,13 +1,13 @@
-"""Figures 2 to 10 of the paper and the sweep of the activation distance. The only module that imports matplotlib."""
+"""Figures 2 to 10 of the paper, the sweep of the activation distance, times of planning. All that needs matplotlib."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import MultipleLocator
+from matplotlib.ticker import LogLocator, MultipleLocator, NullFormatter, PercentFormatter, StrMethodFormatter
 
 from humanoid_rail.arrays import Array
 from humanoid_rail.kinematics import Kinematics
@@ -103,6 +103,50 @@ def sweep_figure(sweeps: Sequence[tuple[str, Sequence[SweepPoint], tuple[float, 
     grid[0, 0].set(ylabel="least clearance [m]")
     grid[1, 0].set(ylabel=r"final manipulability $\mu$")
     return figure
+
+
+def planning_time_figure(families: Mapping[str, Mapping[str, Sequence[float]]]) -> Figure:
+    """Return for each family of scenes which share of them is planned within a time, a line per method.
+
+    Args:
+        families: Planning times by family and method, s; infinite where there is no plan that counts.
+    """
+    across = min(len(families), 2)
+    down = -(-len(families) // across)
+    figure = Figure(figsize=(0.8 + 4.2 * across, 0.7 + 2.6 * down), layout="constrained")
+    grid = figure.subplots(down, across, sharex=True, sharey=True, squeeze=False)
+    methods = list(dict.fromkeys(method for times in families.values() for method in times))
+    planned = [t for times in families.values() for values in times.values() for t in values if np.isfinite(t)]
+    low, high = 700.0 * min(planned, default=1e-3), 1400.0 * max(planned, default=1.0)
+    for axes, (family, times) in zip(grid.flat, families.items(), strict=False):
+        for method, values in times.items():
+            _share_within(axes, method, 1e3 * np.array(values), high, LINES[methods.index(method) % len(LINES)])
+        axes.set(xscale="log", xlim=(low, high), ylim=(-0.03, 1.05))
+        axes.set_title(family, fontsize=10)
+        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 100 * low else (1.0,)))
+        axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        axes.xaxis.set_minor_formatter(NullFormatter())
+        axes.yaxis.set_major_formatter(PercentFormatter(1.0))
+        axes.tick_params(labelsize=8)
+        axes.grid(alpha=0.3)
+        axes.legend(frameon=False, fontsize=8)
+    for axes in grid.flat[len(families) :]:
+        axes.set_visible(False)
+    figure.supxlabel("planning time, certificate included [ms]", fontsize=10)
+    figure.supylabel("scenes reached and certified", fontsize=10)
+    return figure
+
+
+def _share_within(axes: Any, method: str, times: Array, end: float, colour: str) -> None:
+    """Draw which share of times (N,) lies within a time, with a dot at the last of them and a thin line from there."""
+    planned = np.sort(times[np.isfinite(times)])
+    share = np.arange(len(planned) + 1) / len(times)
+    label = f"{method}: {len(planned)} of {len(times)}"
+    x = [*planned[:1], *planned]  # the line rises from 0
+    dot = {"marker": "o", "markersize": 4, "markevery": [-1] if x else []}
+    axes.step(x, share[: len(x)], where="post", color=colour, label=label, **dot)
+    if x:
+        axes.hlines(share[-1], x[-1], end, color=colour, linewidth=0.8)
 
 
 def _finish(axes: Any, trajectory: Trajectory, legend: bool = True) -> None:

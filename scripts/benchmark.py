@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
+from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -187,7 +188,7 @@ def measure_plan(repeats: int, pink: bool) -> Iterator[Figure | Ratio]:
     settings = Settings(**{name: CASE[name] for name in ("tolerance", "dt", "max_time", "rtol", "atol")})
 
     def integrated() -> object:
-        return native.integrate(fast, "gradient-projection", robot.initial, targets, gains, settings)
+        return native.integrate(fast, robot.initial, targets, gains, settings)
 
     works = {
         "integrated": lambda: repeated(integrated),
@@ -347,12 +348,10 @@ def ratio_row(r: Ratio) -> Sequence[str]:
 
 def machine() -> str:
     """Return what this was measured on."""
-    from humanoid_rail import _engine
-
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     python = platform.python_version()
     load = f"load {os.getloadavg()[0]:.1f}"
-    libraries = f"Pinocchio {_engine.PINOCCHIO_VERSION}, coal {_engine.COAL_VERSION}"
+    libraries = f"Pinocchio {version('pin')}, coal {version('coal')}"
     return f"{platform.system()} {platform.machine()}, {cores} cores ({load} before), Python {python}, {libraries}"
 
 

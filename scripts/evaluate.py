@@ -1,0 +1,426 @@
+"""Plan every scene of a folder, one at a time, and tabulate per family of scenes what came of it."""
+
+from __future__ import annotations
+
+import json
+import re
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict, dataclass
+from functools import partial
+from importlib.util import find_spec
+from pathlib import Path
+from typing import NamedTuple
+
+import click
+import numpy as np
+from benchmark import machine
+
+from humanoid_rail import (
+    Certificate,
+    InvalidInput,
+    Robot,
+    Scene,
+    Status,
+    Violation,
+    load_robot,
+    load_scene,
+    plan,
+    verify,
+)
+from humanoid_rail.arrays import Array
+from humanoid_rail.cli import console, print_table, progress, progress_bar, run
+from humanoid_rail.engines import ENGINES, get_engine
+from humanoid_rail.errors import MISSING
+from humanoid_rail.limits import limit_violations, sampled
+from humanoid_rail.planner import METHODS
+from humanoid_rail.rollout import PROGRESS_TIME
+from humanoid_rail.safety import Safety
+from humanoid_rail.scene import check_scene, is_of_a_scene
+from humanoid_rail.trajectory import check_folder
+
+PINK = "pink"
+"""The method of `pink_baseline.py`."""
+SUFFIXES = (".json", ".yaml", ".yml")
+"""Of scene files."""
+PICTURES = (".png", ".svg")
+"""Suffixes of the figure."""
+WIDTH = 165
+"""Of the table where there is no terminal, whose width it has to keep to, in characters."""
+ALL = "all"
+"""What the families together are called."""
+FAILED = "failed"
+"""The status where there is no plan: the start touches something, or Pink has no next step."""
+BEYOND = 1e-6
+"""An excess over a limit that counts, m, rad, m/s or rad/s."""
+COLUMNS = (
+    "family",
+    "method",
+    "reached",
+    "certified",
+    "both",
+    "touched",
+    "beyond limits",
+    "median [ms]",
+    "95 % [ms]",
+    "least clearance [m]",
+    "path [q / speed limit, s]",
+)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of one scene by one method."""
+
+    scene: str
+    family: str
+    method: str
+    status: str
+    """A :class:`humanoid_rail.Status`, or `failed`."""
+    reason: str
+    """The status in a sentence."""
+    certified: bool
+    """Whether the motion is proven free of contact."""
+    touched: bool
+    """Whether there is a contact."""
+    excess: float
+    """By how much the motion exceeds a limit at the most, m, rad, m/s or rad/s; 0 if it keeps to them."""
+    planning_time: float
+    """s, the certificate included."""
+    duration: float
+    """T, s."""
+    path_length: float
+    """Sum over the samples of the norm of dq / velocity_limit, s: at the speed limits the path takes no longer."""
+    min_clearance_obstacles: float | None
+    """m; None without obstacles."""
+    min_clearance_self: float | None
+    """m; None without pairs of links to check."""
+
+    @property
+    def reached(self) -> bool:
+        """Whether the hands are at their targets, whatever happened on the way."""
+        return self.status == Status.REACHED
+
+    @property
+    def good(self) -> bool:
+        """Whether the hands are at their targets and the way there is proven free of contact."""
+        return self.reached and self.certified
+
+
+@dataclass(frozen=True)
+class Row:
+    """What came of the scenes of one family by one method: numbers of scenes, and figures over them."""
+
+    family: str
+    method: str
+    scenes: int
+    reached: int
+    reached_and_certified: int
+    certified: int
+    touched: int
+    beyond_limits: int
+    """Motions that exceed a limit by more than 1e-6."""
+    failed: int
+    median_time: float
+    """Of planning, the certificate included, s, over all scenes."""
+    p95_time: float
+    """95th percentile, s."""
+    min_clearance_obstacles: float | None
+    """Smallest of all motions, m."""
+    min_clearance_self: float | None
+    """Smallest of all motions, m."""
+    path_length: float | None
+    """Median of those that reached their targets, s."""
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """Everything that was found."""
+
+    machine: str
+    engine: str
+    """What planned and certified."""
+    rows: list[Row]
+    outcomes: list[Outcome]
+
+
+class Motion(NamedTuple):
+    """A motion by any method, and what is known of it."""
+
+    t: Array
+    """Times (N,), s."""
+    q: Array
+    """Configurations (N, n), m and rad."""
+    status: str
+    reason: str
+    certificate: Certificate
+    violations: tuple[Violation, ...]
+    planning_time: float
+    """s, the certificate included."""
+
+
+Planner = Callable[[Robot, Scene], Motion]
+
+
+@click.command()
+@click.argument("folder", metavar="DIR")
+@click.option("--method", "methods", multiple=True, help=f"One of {', '.join(METHODS)}, {PINK}; again for more.")
+@click.option("--family", "wanted", multiple=True, help="Only the scenes of this family, `shelf` say; again for more.")
+@click.option("--engine", default="native", help=f"One of {', '.join(ENGINES)}.", show_default=True)
+@click.option("--json", "json_file", type=click.Path(dir_okay=False, path_type=Path), help="File for the figures.")
+@click.option("--figure", type=click.Path(dir_okay=False, path_type=Path), help="File for the picture, PNG or SVG.")
+@click.option("--readme", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Markdown file to update.")
+def main(
+    folder: str,
+    methods: tuple[str, ...],
+    wanted: tuple[str, ...],
+    engine: str,
+    json_file: Path | None,
+    figure: Path | None,
+    readme: Path | None,
+) -> None:
+    """Plan every scene in DIR, one at a time, and print what came of it per family of scenes.
+
+    The family is a scene's name up to its number: shelf-900000 is one of `shelf`. The times, median and 95th percentile
+    over all scenes, are of planning and certifying. The least clearance is from obstacles or between links. The path is
+    the median length of those that reached their targets, in joint coordinates, each divided by its speed limit.
+
+    Without --method each of the planner's is tried. `pink` (extra `compare`) is Pink with limits of position and speed
+    and with barriers for all that `qp` keeps clear of; it plans nothing by itself, so its motion is rolled out.
+    """
+    engine = get_engine(engine).name  # where the native engine was not built, a warning says so once
+    planners = {method: make_planner(method, engine) for method in dict.fromkeys(methods or METHODS)}
+    if figure is not None:
+        check_figure(figure)
+    for file in (json_file, figure):
+        if file is not None:
+            check_folder(file.parent)
+    robot, measured_on = load_robot(), machine()
+    with progress("reading scenes"):
+        scenes = load_families(robot, folder, wanted)
+    outcomes = evaluate(robot, scenes, planners)
+    evaluation = Evaluation(measured_on, engine, make_rows(outcomes), outcomes)
+
+    if json_file is not None:
+        json_file.parent.mkdir(parents=True, exist_ok=True)
+        json_file.write_text(json.dumps(asdict(evaluation), indent=2) + "\n", encoding="utf-8")
+    if figure is not None:
+        save_figure(outcomes, figure)
+    if not console.is_terminal:
+        console.width = max(console.width, WIDTH)
+    console.print(evaluation.machine)
+    for outcome in outcomes:
+        if outcome.status == FAILED:
+            console.print(f"{outcome.scene} by {outcome.method} failed: {outcome.reason}", soft_wrap=True)
+    print_table("evaluation", "Evaluation", COLUMNS, [cells(row) for row in evaluation.rows], readme)
+
+
+def make_planner(method: str, engine: str) -> Planner:
+    """Return what plans by a method.
+
+    Raises:
+        InvalidInput: If there is no such method, or it is not installed.
+    """
+    if method == PINK:
+        if find_spec("pink") is None:
+            raise InvalidInput("method", method, "an installed one; for Pink: pip install 'humanoid_rail[compare]'")
+        return partial(plan_by_pink, engine=engine)
+    if method not in METHODS:
+        raise InvalidInput("method", method, f"one of {', '.join(METHODS)}, {PINK}")
+    return partial(plan_by_planner, method=method, engine=engine)
+
+
+def check_figure(figure: Path) -> None:
+    """Check that a picture can be drawn, and of this kind.
+
+    Raises:
+        InvalidInput: If it cannot.
+    """
+    if figure.suffix not in PICTURES:
+        raise InvalidInput("figure", str(figure), f"a file name that ends in {' or '.join(PICTURES)}")
+    if find_spec("matplotlib") is None:
+        raise InvalidInput("figure", str(figure), "none without matplotlib: pip install 'humanoid_rail[figures]'")
+
+
+def load_families(robot: Robot, folder: str, wanted: Sequence[str] = ()) -> list[Scene]:
+    """Return the scenes in a folder, in the order of the files' names.
+
+    Args:
+        robot: What they are for.
+        folder: Where the files are.
+        wanted: The families to return; all if none is given.
+
+    Raises:
+        InvalidInput: If there are no scenes, one of them is not valid, or there is no such family.
+    """
+    place = Path(folder)
+    files = sorted(path for path in place.iterdir() if path.suffix in SUFFIXES) if place.is_dir() else []
+    if not files:
+        valid = f"a folder with scenes ({', '.join(f'*{suffix}' for suffix in SUFFIXES)})"
+        raise InvalidInput("scenes", MISSING, valid, source=folder)
+    scenes = []
+    for file in files:
+        scene = load_scene(file)
+        try:
+            check_scene(robot, scene)
+        except InvalidInput as error:
+            error.source = str(file)
+            raise
+        scenes.append(scene)
+    families = sorted({family_of(scene) for scene in scenes})
+    for name in wanted:
+        if name not in families:
+            raise InvalidInput("family", name, f"one of {', '.join(families)}")
+    return [scene for scene in scenes if not wanted or family_of(scene) in wanted]
+
+
+def family_of(scene: Scene) -> str:
+    """Return a scene's name without the number at its end: `sparse` of `sparse-80000`."""
+    return re.sub(r"(?<=.)-\d+$", "", scene.name)
+
+
+def evaluate(robot: Robot, scenes: Sequence[Scene], planners: dict[str, Planner]) -> list[Outcome]:
+    """Return what comes of each scene by each method, with a progress bar.
+
+    The methods take turns, so that what slows the machine down slows all of them.
+    """
+    with progress("warming up"):
+        for planner in planners.values():
+            attempt(planner, robot, scenes[0])
+    outcomes = []
+    with progress_bar("planning", len(scenes) * len(planners)) as advance:
+        for scene in scenes:
+            for method, planner in planners.items():
+                outcomes.append(judge(robot, scene, method, attempt(planner, robot, scene)))
+                advance(1)
+    return outcomes
+
+
+def attempt(planner: Planner, robot: Robot, scene: Scene) -> Motion:
+    """Return a motion for a scene; where the planner does not take the scene, one that stays at the start."""
+    started = time.perf_counter()
+    try:
+        return planner(robot, scene)
+    except InvalidInput as error:
+        if not is_of_a_scene(error):
+            raise
+        planning_time = time.perf_counter() - started
+        start = np.array(robot.initial if scene.initial is None else scene.initial)
+        nothing = Certificate(False, None, None, None, None)
+        return Motion(np.zeros(1), start[None], FAILED, str(error), nothing, (), planning_time)
+
+
+def plan_by_planner(robot: Robot, scene: Scene, method: str, engine: str) -> Motion:
+    """Plan by a method of this package."""
+    found = plan(robot, scene, method, engine=engine)
+    return Motion(
+        found.t, found.q, found.status, found.reason, found.certificate, found.violations, found.planning_time
+    )
+
+
+def plan_by_pink(robot: Robot, scene: Scene, engine: str) -> Motion:
+    """Roll out Pink within the limits, as far from everything as `qp` keeps, and give up where `qp` does."""
+    from pink_baseline import Pink
+
+    started = time.perf_counter()
+    found = Pink(robot, scene, safety_distance=Safety().safety_distance).rollout(patience=PROGRESS_TIME)
+    certificate = verify(robot, scene, found, engine=engine)
+    violations = limit_violations(robot, sampled(found.t, found.q))
+    planning_time = time.perf_counter() - started
+    return Motion(found.t, found.q, found.status, found.reason, certificate, violations, planning_time)
+
+
+def judge(robot: Robot, scene: Scene, method: str, motion: Motion) -> Outcome:
+    """Return what came of a scene."""
+    certificate = motion.certificate
+    return Outcome(
+        scene=scene.name,
+        family=family_of(scene),
+        method=method,
+        status=str(motion.status),
+        reason=motion.reason,
+        certified=certificate.certified,
+        touched=certificate.contact is not None,
+        excess=max((abs(violation.value - violation.limit) for violation in motion.violations), default=0.0),
+        planning_time=motion.planning_time,
+        duration=float(motion.t[-1]),
+        path_length=path_length(robot, motion.q),
+        min_clearance_obstacles=certificate.min_clearance_obstacles,
+        min_clearance_self=certificate.min_clearance_self,
+    )
+
+
+def path_length(robot: Robot, q: Array) -> float:
+    """Return the length of a path (N, n) in joint coordinates, each divided by its speed limit, s."""
+    return float(np.linalg.norm(np.diff(q, axis=0) / robot.velocity_limit, axis=1).sum())
+
+
+def make_rows(outcomes: Sequence[Outcome]) -> list[Row]:
+    """Return a row per family and method; if there are several families also one per method for all of them."""
+    methods = dict.fromkeys(outcome.method for outcome in outcomes)
+    families = sorted({outcome.family for outcome in outcomes})
+    groups = [(family, {family}) for family in families]
+    if len(families) > 1:
+        groups.append((ALL, set(families)))
+    return [
+        make_row(name, method, [o for o in outcomes if o.family in members and o.method == method])
+        for name, members in groups
+        for method in methods
+    ]
+
+
+def make_row(family: str, method: str, outcomes: Sequence[Outcome]) -> Row:
+    """Return what came of some scenes by one method."""
+    median, p95 = np.quantile([o.planning_time for o in outcomes], [0.5, 0.95])
+    lengths = [o.path_length for o in outcomes if o.reached]
+    return Row(
+        family=family,
+        method=method,
+        scenes=len(outcomes),
+        reached=sum(o.reached for o in outcomes),
+        reached_and_certified=sum(o.good for o in outcomes),
+        certified=sum(o.certified for o in outcomes),
+        touched=sum(o.touched for o in outcomes),
+        beyond_limits=sum(o.excess > BEYOND for o in outcomes),
+        failed=sum(o.status == FAILED for o in outcomes),
+        median_time=float(median),
+        p95_time=float(p95),
+        min_clearance_obstacles=least(o.min_clearance_obstacles for o in outcomes),
+        min_clearance_self=least(o.min_clearance_self for o in outcomes),
+        path_length=float(np.median(lengths)) if lengths else None,
+    )
+
+
+def least(clearances: Iterable[float | None]) -> float | None:
+    """Return the smallest clearance that there is, m."""
+    return min((clearance for clearance in clearances if clearance is not None), default=None)
+
+
+def cells(row: Row) -> Sequence[str]:
+    """Return a row of the table."""
+    clearance = least([row.min_clearance_obstacles, row.min_clearance_self])
+    return [
+        row.family,
+        row.method,
+        f"{row.reached}/{row.scenes}",
+        *(str(count) for count in (row.certified, row.reached_and_certified, row.touched, row.beyond_limits)),
+        *(f"{1e3 * seconds:.{0 if seconds >= 0.1 else 1}f}" for seconds in (row.median_time, row.p95_time)),
+        "" if clearance is None else f"{clearance:.4f}",
+        "" if row.path_length is None else f"{row.path_length:.2f}",
+    ]
+
+
+def save_figure(outcomes: Sequence[Outcome], file: Path) -> None:
+    """Draw how long planning takes."""
+    from humanoid_rail.figures import planning_time_figure
+
+    families: dict[str, dict[str, list[float]]] = {}
+    for o in outcomes:
+        times = families.setdefault(o.family, {}).setdefault(o.method, [])
+        times.append(o.planning_time if o.good else np.inf)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    planning_time_figure(families).savefig(file, dpi=130)
+
+
+if __name__ == "__main__":
+    run(main)
