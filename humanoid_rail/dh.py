@@ -85,8 +85,10 @@ BONES = {
 """The bones of the robot, by URDF link: the two frames each one joins."""
 
 
-def modified_dh(alpha: float, a: float, d: float, theta: float) -> Array:
-    """Return the (4, 4) transform Rot_x(alpha) Trans_x(a) Rot_z(theta) Trans_z(d) (Craig, eq. 3.6).
+def modified_dh(alpha: ArrayLike, a: ArrayLike, d: ArrayLike, theta: ArrayLike) -> Array:
+    """Return the transforms (..., 4, 4) Rot_x(alpha) Trans_x(a) Rot_z(theta) Trans_z(d) (Craig, eq. 3.6).
+
+    The arguments are numbers or arrays (...) that broadcast.
 
     Args:
         alpha: Link twist alpha_{i-1} in rad.
@@ -94,27 +96,21 @@ def modified_dh(alpha: float, a: float, d: float, theta: float) -> Array:
         d: Link offset d_i in m.
         theta: Joint angle theta_i in rad.
     """
-    ca, sa, ct, st = cos(alpha), sin(alpha), cos(theta), sin(theta)
-    return np.array(
-        [
-            [ct, -st, 0.0, a],
-            [st * ca, ct * ca, -sa, -d * sa],
-            [st * sa, ct * sa, ca, d * ca],
-            [0.0, 0.0, 0.0, 1.0],
-        ]
-    )
+    ca, sa, ct, st = np.cos(alpha), np.sin(alpha), np.cos(theta), np.sin(theta)
+    T = np.zeros((*np.broadcast(alpha, a, d, theta).shape, 4, 4))
+    T[..., 0, 0], T[..., 0, 1], T[..., 0, 3] = ct, -st, a
+    T[..., 1, 0], T[..., 1, 1], T[..., 1, 2], T[..., 1, 3] = st * ca, ct * ca, -sa, -sa * d
+    T[..., 2, 0], T[..., 2, 1], T[..., 2, 2], T[..., 2, 3] = st * sa, ct * sa, ca, ca * d
+    T[..., 3, 3] = 1.0
+    return T
 
 
-def rail(q1: float) -> Array:
-    """Return the transform from rs, the carriage at q1 (m) along the rail, to the base B."""
-    return np.array(
-        [
-            [1.0, 0.0, 0.0, 0.0],
-            [0.0, 0.0, 1.0, q1],
-            [0.0, -1.0, 0.0, 0.0],
-            [0.0, 0.0, 0.0, 1.0],
-        ]
-    )
+def rail(q1: ArrayLike) -> Array:
+    """Return the transforms (..., 4, 4) from rs, the carriage at q1 (...) along the rail in m, to the base B."""
+    T = np.zeros((*np.shape(q1), 4, 4))
+    T[..., :, :3] = [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [0.0, 0.0, 0.0]]
+    T[..., 1, 3], T[..., 3, 3] = q1, 1.0
+    return T
 
 
 def left_arm_base(beta: float) -> Array:
@@ -130,21 +126,21 @@ def right_arm_base(beta: float) -> Array:
 
 
 def frames(q: ArrayLike, lengths: Lengths | None = None) -> dict[str, Array]:
-    """Return the (4, 4) transform to the base B of every frame of Fig. 1, and of the hand points pL and pR.
+    """Return the transforms (..., 4, 4) to the base B of every frame of Fig. 1, and of the hand points pL and pR.
 
     Args:
-        q: Configuration (12,): q1 in m, q2 to q12 in rad.
+        q: Configurations (..., 12): q1 in m, q2 to q12 in rad.
         lengths: Link lengths; those of section 5 if not given.
 
     Returns:
         Transforms by the paper's name: rs, T1 to T4, L0 to L4, R0 to R4; pL and pR have the orientation of L4 and R4.
     """
     lengths = lengths or Lengths()
-    values: dict[str, float] = {"0": 0.0, **asdict(lengths)}
-    values |= {f"q{i}": float(v) for i, v in enumerate(np.asarray(q, float), start=1)}
+    values: dict[str, Array] = {name: np.array(value) for name, value in {"0": 0.0, **asdict(lengths)}.items()}
+    values |= {f"q{i}": v for i, v in enumerate(np.moveaxis(np.asarray(q, float), -1, 0), start=1)}
     values["q*"] = pi / 2 - values["q3"] - values["q4"]
 
-    def value(name: str) -> float:
+    def value(name: str) -> Array:
         return -values[name[1:]] if name.startswith("-") else values[name]
 
     constant = {"L0": left_arm_base(lengths.beta), "R0": right_arm_base(lengths.beta)}
@@ -159,12 +155,12 @@ def frames(q: ArrayLike, lengths: Lengths | None = None) -> dict[str, Array]:
 
 
 def hands(q: ArrayLike, lengths: Lengths | None = None) -> Array:
-    """Return f(q) of eq. 2.1: the positions (2, 3) of the left and the right hand in the base frame, in m."""
+    """Return f(q) of eq. 2.1: the positions (..., 2, 3) of the left and the right hand in the base frame, in m."""
     T = frames(q, lengths)
-    return np.array([T["pL"][:3, 3], T["pR"][:3, 3]])
+    return np.stack([T["pL"][..., :3, 3], T["pR"][..., :3, 3]], axis=-2)
 
 
 def bones(q: ArrayLike, lengths: Lengths | None = None) -> dict[str, Array]:
-    """Return the end points (2, 3) of every bone in the base frame, in m, by URDF link."""
+    """Return the end points (..., 2, 3) of every bone in the base frame, in m, by URDF link."""
     T = frames(q, lengths)
-    return {link: np.array([T[start][:3, 3], T[end][:3, 3]]) for link, (start, end) in BONES.items()}
+    return {link: np.stack([T[start][..., :3, 3], T[end][..., :3, 3]], axis=-2) for link, (start, end) in BONES.items()}

@@ -71,3 +71,33 @@ def test_bones_have_the_link_lengths(rng: np.random.Generator) -> None:
     expected = {"carriage": 2.0, "lower_torso": 0.5, "upper_torso": 0.5}
     for link, (start, end) in dh.bones(rng.uniform(-pi, pi, 12)).items():
         assert np.linalg.norm(end - start) == pytest.approx(expected.get(link, 1.0), abs=1e-13)
+
+
+def test_many_configurations_are_as_one_by_one(rng: np.random.Generator) -> None:
+    q = rng.uniform(-pi, pi, (3, 4, 12))
+    lengths = dh.Lengths(*rng.uniform(0.3, 2.0, 10))
+    frames, bones, hands = dh.frames(q, lengths), dh.bones(q, lengths), dh.hands(q, lengths)
+    assert hands.shape == (3, 4, 2, 3)
+    for i, j in np.ndindex(3, 4):
+        one = dh.frames(q[i, j], lengths)
+        assert one.keys() == frames.keys()
+        for name, T in one.items():
+            assert T.shape == (4, 4)
+            np.testing.assert_allclose(frames[name][i, j], T, rtol=0, atol=1e-14, err_msg=name)
+        for link, ends in dh.bones(q[i, j], lengths).items():
+            assert ends.shape == (2, 3)
+            np.testing.assert_allclose(bones[link][i, j], ends, rtol=0, atol=1e-14, err_msg=link)
+        assert dh.hands(q[i, j], lengths).shape == (2, 3)
+        np.testing.assert_allclose(hands[i, j], dh.hands(q[i, j], lengths), rtol=0, atol=1e-14)
+
+
+def test_parameters_of_transforms_broadcast(rng: np.random.Generator) -> None:
+    alpha, theta = rng.uniform(-pi, pi, (3, 1)), rng.uniform(-pi, pi, 4)
+    many = dh.modified_dh(alpha, 0.3, -0.5, theta)
+    assert many.shape == (3, 4, 4, 4)
+    np.testing.assert_allclose(many[2, 1], dh.modified_dh(alpha[2, 0], 0.3, -0.5, theta[1]), rtol=0, atol=1e-15)
+    np.testing.assert_array_equal(dh.rail(theta)[3], dh.rail(theta[3]))
+
+
+def test_no_configurations_have_no_frames() -> None:
+    assert dh.hands(np.empty((0, 12))).shape == (0, 2, 3)
