@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 
 .DELETE_ON_ERROR:
-.PHONY: plan test lint generate figures picture benchmark sanitize clean
+.PHONY: plan test lint generate figures picture benchmark evaluation certificates sanitize clean
 
 plan: $(VENV)/plan-installed
 	$(BIN)/python scripts/plan.py --case 3 --out out/case3
@@ -30,6 +30,16 @@ picture: $(VENV)/test-installed
 benchmark: $(VENV)/test-installed
 	$(BIN)/python scripts/benchmark.py --json out/benchmark.json --readme README.md --docs docs/engine.md
 
+# Every method, Pink too, on the planning scenes: about ten minutes, nearly all of them Pink's.
+evaluation: $(VENV)/test-installed
+	$(BIN)/python scripts/evaluate.py scenes/dev --method gradient-projection --method qp --method pink \
+		--json out/evaluation.json --figure out/evaluation.png --readme docs/safety.md
+	cp out/evaluation.png docs/evaluation.png
+
+# Certificates of 10,000 random motions against an independent check: about a quarter of an hour on two cores.
+certificates: $(VENV)/test-installed
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python scripts/check_certificates.py --json out/certificates.json --readme docs/safety.md
+
 # The tests of the native engine under AddressSanitizer and UndefinedBehaviorSanitizer, with GCC, in an environment of
 # its own. The interpreter itself is not looked at, and never gives back all of its memory.
 SANITIZED := build/sanitize
@@ -39,7 +49,7 @@ sanitize:
 	LD_PRELOAD="$$(gcc -print-file-name=libasan.so) $$(gcc -print-file-name=libubsan.so) $$(gcc -print-file-name=libstdc++.so)" \
 	ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1 \
 	$(SANITIZED)/bin/python -m pytest -k 'not python and not allocated and not memory' \
-		tests/test_native.py tests/test_kinematics.py tests/test_resolution.py tests/test_planner.py tests/test_paper.py
+		tests/test_native.py tests/test_safety.py tests/test_rollout.py tests/test_verify.py tests/test_kinematics.py tests/test_resolution.py tests/test_planner.py tests/test_paper.py
 
 $(VENV)/pyvenv.cfg:
 	@$(PYTHON) -c 'import sys; v = sys.version_info[:2]; sys.exit(None if (3, 11) <= v <= (3, 13) else \

@@ -13,6 +13,10 @@ namespace {
 constexpr double RESOLUTION = 1e-3;
 // What coal's distances are precise to, m: two that come nearer touch.
 constexpr double CONTACT = 1e-6;
+// How far to look ahead, in units of the distance that a pair can spare.
+constexpr double HOPE = 1.6;
+// Pieces of obstacles that are measured without asking whether they are near.
+constexpr int FEW = 64;
 // Samples that are looked at together: so few that they stay in the processor's cache.
 constexpr Eigen::Index BLOCK = 128;
 
@@ -25,29 +29,13 @@ class Certifier::Search {
       : self_(self), t_(t), q_(q) {}
 
   Certificate run() {
-    const Robot& robot = *self_.robot_;
     const Eigen::Index samples = t_.size();
     for (first_ = 0; first_ == 0 || first_ + 1 < samples; first_ += BLOCK) {
       last_ = std::min(first_ + BLOCK, samples - 1);
       measure_travel();
       seen_.assign(static_cast<std::size_t>(last_ - first_ + 1), false);
-      for (int link = 0; link < robot.links(); ++link) {
-        for (std::size_t i = 0; i < self_.pieces_.size(); ++i) {
-          Nearest pair{};
-          pair.pair = link * static_cast<int>(self_.pieces_.size()) + static_cast<int>(i);
-          pair.link = link;
-          pair.piece = static_cast<int>(i);
-          pair.other = self_.pieces_[i].obstacle;
-          search(pair);
-        }
-      }
-      for (std::size_t i = 0; i < robot.self_collision_pairs.size(); ++i) {
-        Nearest pair{};
-        pair.pair = static_cast<int>(i);
-        std::tie(pair.link, pair.other) = robot.self_collision_pairs[i];
-        pair.piece = -1;
-        search(pair);
-      }
+      glance();
+      for_all_pairs([&](const Nearest& pair) { search(pair); });
     }
     result_.bound -= CONTACT;
     result_.certified = !result_.contact && result_.bound > 0.0;
@@ -55,6 +43,37 @@ class Certifier::Search {
   }
 
  private:
+  template <class Visit>
+  void for_all_pairs(Visit visit) const {
+    const Robot& robot = *self_.robot_;
+    Nearest pair{};
+    for (int link = 0; link < robot.links(); ++link) {
+      for (std::size_t i = 0; i < self_.pieces_.size(); ++i) {
+        pair.pair = link * static_cast<int>(self_.pieces_.size()) + static_cast<int>(i);
+        pair.link = link;
+        pair.piece = static_cast<int>(i);
+        pair.other = self_.pieces_[i].obstacle;
+        visit(pair);
+      }
+    }
+    for (std::size_t i = 0; i < robot.self_collision_pairs.size(); ++i) {
+      pair.pair = static_cast<int>(i);
+      std::tie(pair.link, pair.other) = robot.self_collision_pairs[i];
+      pair.piece = -1;
+      visit(pair);
+    }
+  }
+
+  // Measures pairs of links here and there, and obstacles that are few: the sooner a small clearance is known, the less
+  // of what is larger has to be looked at.
+  void glance() {
+    for (const Eigen::Index k : {last_, (first_ + last_) / 2}) {
+      for_all_pairs([&](Nearest pair) {
+        if (pair.piece < FEW) measure(pair, at(k));
+      });
+    }
+  }
+
   // Follows a pair through the block.
   void search(Nearest here) {
     const bool with_obstacle = here.piece >= 0;
@@ -65,16 +84,28 @@ class Certifier::Search {
     accept(here.distance);
     for (Eigen::Index k = first_; k < last_;) {
       const double spare = here.distance - wanted(least, t_[k], false);
-      const Eigen::Index next = farthest(here, k, spare);
-      if (next > k) {
-        accept(here.distance - travel(here, k, next));
-        k = next;
-        if (k < last_) measure(here, at(k));
-        continue;
-      }
-      Nearest there = here;
-      measure(there, at(k + 1));
       Reach reach{travel(here, k, k + 1), 0.0};
+      Nearest there = here;
+      if (reach.travel <= HOPE * spare) {
+        // As far as the two can go and come back, if they are as far apart again there; ...
+        const Eigen::Index hoped = farthest(here, k, HOPE * spare);
+        measure(there, at(hoped));
+        const double between = (here.distance + there.distance - travel(here, k, hoped)) / 2.0;
+        if (between >= wanted(least, t_[k], false)) {
+          accept(between);
+          here = there;
+          k = hoped;
+          continue;
+        }
+        // ... or at least as far as they can spare.
+        if (const Eigen::Index next = farthest(here, k, spare); next > k) {
+          accept(here.distance - travel(here, k, next));
+          k = next;
+          if (k < last_) measure(here, at(k));
+          continue;
+        }
+      }
+      measure(there, at(k + 1));
       const Matrix& curvature = with_obstacle ? link_curvature_ : pair_curvature_;
       reach.curvature = curvature(k - first_, with_obstacle ? here.link : here.pair);
       step(here, at(k), there, at(k + 1), reach);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include <coal/shape/geometric_shapes.h>
@@ -45,13 +46,15 @@ bool Obstacles::move() const {
 
 void DistanceMeter::measure(const coal::CollisionGeometry& a, const coal::Transform3s& placement_a,
                             const coal::CollisionGeometry& b, const coal::Transform3s& placement_b, Nearest& nearest) {
-  coal::DistanceResult result;
-  solver_.set(request_);
-  const auto distance = distance_functions().distance_matrix[a.getNodeType()][b.getNodeType()];
-  distance(&a, placement_a, &b, placement_b, &solver_, request_, result);
-  nearest.distance = result.min_distance;
-  nearest.point = result.nearest_points[0];
-  nearest.normal = result.normal;
+  const auto kind_a = a.getNodeType(), kind_b = b.getNodeType();
+  const auto is_round = [](coal::NODE_TYPE kind) { return kind == coal::GEOM_CAPSULE || kind == coal::GEOM_SPHERE; };
+  // Between round shapes distances have closed forms.
+  if (!is_round(kind_a) || !is_round(kind_b)) solver_.set(request_);
+  result_.min_distance = std::numeric_limits<double>::max();
+  distance_functions().distance_matrix[kind_a][kind_b](&a, placement_a, &b, placement_b, &solver_, request_, result_);
+  nearest.distance = result_.min_distance;
+  nearest.point = result_.nearest_points[0];
+  nearest.normal = result_.normal;
 }
 
 bool Clearances::Candidates::collide(coal::CollisionObject* piece, coal::CollisionObject*) {

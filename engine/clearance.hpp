@@ -68,6 +68,7 @@ class DistanceMeter {
 
  private:
   coal::DistanceRequest request_;
+  coal::DistanceResult result_;
   coal::GJKSolver solver_;
 };
 

@@ -10,15 +10,15 @@ namespace humanoid_rail {
 
 namespace {
 
-// The largest coordinate of a shape along a direction.
+// The largest coordinate of a shape along a direction of length 1.
 double support(const coal::CollisionGeometry& geometry, const Eigen::Matrix3d& rotation,
                const Eigen::Vector3d& translation, const Eigen::Vector3d& direction) {
-  const Eigen::Vector3d local = rotation.transpose() * direction;
   const double middle = direction.dot(translation);
-  if (geometry.getNodeType() == coal::GEOM_CAPSULE) {  // What most robots are made of.
+  if (geometry.getNodeType() == coal::GEOM_CAPSULE) {  // What this robot is made of.
     const auto& capsule = static_cast<const coal::Capsule&>(geometry);
-    return middle + std::abs(local.z()) * capsule.halfLength + capsule.radius * direction.norm();
+    return middle + std::abs(rotation.col(2).dot(direction)) * capsule.halfLength + capsule.radius;
   }
+  const Eigen::Vector3d local = rotation.transpose() * direction;
   int hint = 0;
   const auto& shape = static_cast<const coal::ShapeBase&>(geometry);
   return middle + local.dot(coal::details::getSupport<coal::details::SupportOptions::WithSweptSphere>(&shape, local, hint));

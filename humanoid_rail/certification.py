@@ -20,6 +20,8 @@ from humanoid_rail.travel import Reach
 
 RESOLUTION = 1e-3
 """How far the bound may lie below the smallest clearance found, m."""
+HOPE = 1.6
+"""How far to look ahead, in units of the distance that a pair can spare."""
 CONTACT = 1e-6
 """What coal's distances are precise to, m: two that come nearer touch."""
 
@@ -61,6 +63,10 @@ class _Search:
 
     def run(self) -> Certificate:
         pairs = [*self._sweep.obstacle_pairs, *self._sweep.link_pairs]
+        # The sooner a small clearance is known, the less of what is larger has to be looked at.
+        for k in {len(self._t) - 1, (len(self._t) - 1) // 2}:
+            for pair in pairs:
+                self._measure(pair, self._at(k))
         for pair in pairs:
             self._search(pair)
         bound = self._bound - CONTACT
@@ -83,15 +89,24 @@ class _Search:
         travel, curvature = ways.travel[:, column] + speed * self._t, ways.curvature[:, column]
         k, last = 0, len(self._t) - 1
         while k < last:
-            # As long as the two travel no farther than they can spare, nothing matters.
             spare = here.distance - self._wanted(pair, self._t[k])
-            after = int(np.searchsorted(travel - travel[k], spare, side="right")) - 1
-            if after > k:
-                self._accept(here.distance - (travel[after] - travel[k]))
-                k = after
-                if k < last:
-                    here = self._measure(pair, self._at(k))
-                continue
+            if travel[k + 1] - travel[k] <= HOPE * spare:
+                # As far as the two can go and come back, if they are as far apart again there; ...
+                hoped = int(np.searchsorted(travel - travel[k], HOPE * spare, side="right")) - 1
+                there = self._measure(pair, self._at(hoped))
+                between = (here.distance + there.distance - (travel[hoped] - travel[k])) / 2.0
+                if between >= self._wanted(pair, self._t[k]):
+                    self._accept(between)
+                    here, k = there, hoped
+                    continue
+                # ... or at least as far as they can spare.
+                after = int(np.searchsorted(travel - travel[k], spare, side="right")) - 1
+                if after > k:
+                    self._accept(here.distance - (travel[after] - travel[k]))
+                    k = after
+                    if k < last:
+                        here = self._measure(pair, self._at(k))
+                    continue
             there = self._measure(pair, self._at(k + 1))
             way = travel[k + 1] - travel[k], curvature[k]
             self._step(pair, here, self._at(k), there, self._at(k + 1), *way)

@@ -93,6 +93,9 @@ def sweep_figure(sweeps: Sequence[tuple[str, Sequence[SweepPoint], tuple[float, 
         for i in range(3):
             above.plot(epsilon, [p.clearance[i] for p in points], color=LINES[i], label=f"case {i + 1}")
             below.plot(epsilon, [p.manipulability[i] for p in points], color=LINES[i], label=f"case {i + 1}")
+        safe = {"color": LINES[3], "linestyle": "--", "label": "case 2 by qp"}
+        above.plot(epsilon, [p.safe.clearance.min() for p in points], **safe)
+        below.plot(epsilon, [p.safe.manipulability[-1] for p in points], **safe)
         above.axhline(0.0, color="black", linewidth=0.8)
         for axes in (above, below):
             axes.axvspan(low, high, color=LINES[2], alpha=0.12, label=f"all claims hold: {low:.2f} to {high:.2f} m")

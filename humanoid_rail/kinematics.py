@@ -108,7 +108,8 @@ class Kinematics:
         jacobians = [self._hand_jacobian(hand.frame) for hand in robot.hands]
         arms = [J[:, robot.arm_columns(hand)] for J, hand in zip(jacobians, robot.hands, strict=True)]
         arm_derivatives = [self._hand_hessian(hand.frame)[:, robot.arm_columns(hand), :] for hand in robot.hands]
-        pieces = self._piece_clearances(t)
+        links, link_jacobians = self._links(), [self._link_jacobian(i) for i in range(len(robot.link_names))]
+        pieces = self._piece_clearances(t, links, link_jacobians)
         nearest = self._nearest_pieces(pieces.distance)
         return State(
             q=q,
@@ -119,7 +120,7 @@ class Kinematics:
             clearance=np.take_along_axis(pieces.distance, nearest, axis=1),
             clearance_gradient=np.take_along_axis(pieces.gradient, nearest[:, :, None], axis=1),
             pieces=pieces,
-            links=self._link_clearances(),
+            links=self._link_clearances(links, link_jacobians),
         )
 
     def measure(self, q: ArrayLike, horizon: float = np.inf, t: float = 0.0) -> Measurement:
@@ -215,7 +216,7 @@ class Kinematics:
             for body, M in zip(bodies, self._bodies.oMg, strict=True)
         ]
 
-    def _piece_clearances(self, t: float) -> Clearances:
+    def _piece_clearances(self, t: float, links: list[PlacedShape], jacobians: list[Array]) -> Clearances:
         """Return psi (L, K), d psi / dq and d psi / dt for each link and each convex piece.
 
         The distance between p1 on a link and p2 on an obstacle that moves at v changes by d psi / dq = -n^T dp1/dq and
@@ -224,26 +225,25 @@ class Kinematics:
         the base's origin, dp1/dq = V + W x p1, and n^T (W x p1) = (p1 x n)^T W: a unit force along n at p1, seen by the
         joints.
         """
-        robot = self.robot
-        shape = (len(robot.link_names), len(self._pieces))
-        result = Clearances(np.zeros(shape), np.zeros((*shape, robot.n)), np.zeros(shape))
-        for i, link in enumerate(self._links()):
-            J = self._link_jacobian(i)
-            for k, piece in enumerate(self._pieces):
-                nearest = self._nearest(link, piece.at(t))
+        shape = (len(links), len(self._pieces))
+        result = Clearances(np.zeros(shape), np.zeros((*shape, self.robot.n)), np.zeros(shape))
+        pieces = [(piece.at(t), piece.velocity) for piece in self._pieces]
+        for i, (link, J) in enumerate(zip(links, jacobians, strict=True)):
+            for k, (piece, velocity) in enumerate(pieces):
+                nearest = self._nearest(link, piece)
                 result.distance[i, k] = nearest.distance
                 result.gradient[i, k] = -nearest.wrench @ J
-                result.rate[i, k] = nearest.normal @ piece.velocity
+                result.rate[i, k] = nearest.normal @ velocity
         return result
 
-    def _link_clearances(self) -> Clearances:
+    def _link_clearances(self, links: list[PlacedShape], jacobians: list[Array]) -> Clearances:
         """Return the distances (P,) of pairs of links, and d/dq = n^T (dp2/dq - dp1/dq): both forces act at p1."""
-        pairs, links = self.robot.self_collision_pairs, self._links()
+        pairs = self.robot.self_collision_pairs
         result = Clearances(np.zeros(len(pairs)), np.zeros((len(pairs), self.robot.n)), np.zeros(len(pairs)))
         for i, (one, two) in enumerate(pairs):
             nearest = self._nearest(links[one], links[two])
             result.distance[i] = nearest.distance
-            result.gradient[i] = nearest.wrench @ (self._link_jacobian(two) - self._link_jacobian(one))
+            result.gradient[i] = nearest.wrench @ (jacobians[two] - jacobians[one])
         return result
 
     def _link_jacobian(self, link: int) -> Array:
@@ -295,7 +295,8 @@ class _Nearest(NamedTuple):
     @property
     def wrench(self) -> Array:
         """A unit force along the normal at the point, and its moment about the base's origin."""
-        return np.concatenate([self.normal, np.cross(self.point, self.normal)])
+        (x, y, z), (a, b, c) = self.point, self.normal
+        return np.array([a, b, c, y * c - z * b, z * a - x * c, x * b - y * a])
 
 
 def manipulability(arms: list[Array]) -> float:

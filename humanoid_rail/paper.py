@@ -58,12 +58,13 @@ def paper_scene() -> Scene:
     return load_scene(resource("scenes", "paper.yaml"))
 
 
-def plan_case(robot: Robot, case: int, **settings: Any) -> Trajectory:
-    """Plan a case of section 5 by gradient projection.
+def plan_case(robot: Robot, case: int, method: str = "gradient-projection", **settings: Any) -> Trajectory:
+    """Plan a case of section 5.
 
     Args:
         robot: The robot.
         case: 1, 2 or 3.
+        method: As for :func:`plan`; the paper's is gradient projection.
         **settings: Arguments of :func:`plan` to use instead of the paper's, for example ``epsilon=0.8``.
 
     Raises:
@@ -71,7 +72,7 @@ def plan_case(robot: Robot, case: int, **settings: Any) -> Trajectory:
     """
     if case not in CASES:
         raise InvalidInput("case", case, f"one of {', '.join(map(str, CASES))}")
-    return plan(robot, paper_scene(), "gradient-projection", **{**SETTINGS, **CASES[case], **settings})
+    return plan(robot, paper_scene(), method, **{**SETTINGS, **CASES[case], **settings})
 
 
 def closed_form_duration(robot: Robot, tolerance: float = 0.01) -> float:
@@ -154,6 +155,8 @@ class SweepPoint:
     """Final manipulability of the cases 1, 2 and 3."""
     broken_claims: tuple[str, ...]
     """The claims that do not hold at this activation distance."""
+    safe: Trajectory
+    """Case 2 by `method="qp"`."""
 
 
 def sweep_point(robot: Robot, epsilon: float, dt: float = 0.01, first: Trajectory | None = None) -> SweepPoint:
@@ -172,6 +175,7 @@ def sweep_point(robot: Robot, epsilon: float, dt: float = 0.01, first: Trajector
         tuple(float(trajectory.clearance.min()) for trajectory in cases.values()),
         tuple(float(trajectory.manipulability[-1]) for trajectory in cases.values()),
         tuple(claim for claim, holds in _outcomes(cases).items() if not holds),
+        plan_case(robot, 2, "qp", epsilon=epsilon, dt=dt),
     )
 
 

@@ -59,7 +59,7 @@ def verify(robot: Robot, scene: Scene, trajectory: SampledMotion, *, engine: str
     for name, values in (("t", t), ("q", q)):
         if not np.isfinite(values).all():
             raise InvalidInput(f"trajectory.{name}", values[~np.isfinite(values)][0], "finite numbers")
-    if (np.diff(t) <= 0).any():
-        k = int(np.flatnonzero(np.diff(t) <= 0)[0]) + 1
+    if (t[1:] <= t[:-1]).any():
+        k = int(np.flatnonzero(t[1:] <= t[:-1])[0]) + 1
         raise InvalidInput(f"trajectory.t[{k}]", t[k], f"a time after {t[k - 1]:g}, that of the sample before")
     return get_engine(engine).certify(robot, scene.obstacles, t, q)

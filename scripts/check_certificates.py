@@ -59,7 +59,8 @@ class Outcome:
 @click.option("--jobs", default=2, show_default=True, help="Number of processes.")
 @click.option("--finer", default=100, show_default=True, help="How many times finer than the samples to look.")
 @click.option("--json", "json_file", type=click.Path(dir_okay=False, path_type=Path), help="File for the results.")
-def main(scenes: int, first: int, seed: int, jobs: int, finer: int, json_file: Path | None) -> int:
+@click.option("--readme", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Markdown file to update.")
+def main(scenes: int, first: int, seed: int, jobs: int, finer: int, json_file: Path | None, readme: Path | None) -> int:
     """Check certificates of random motions against plain geometry; exit code 1 if one is wrong.
 
     To look at motion I of a seed again: --seed SEED --first I --scenes 1.
@@ -70,7 +71,7 @@ def main(scenes: int, first: int, seed: int, jobs: int, finer: int, json_file: P
             raise InvalidInput(name, value, f"{least} or more")
     outcomes = check_all(range(first, first + scenes), seed, finer, jobs)
     rows = summary(outcomes)
-    print_table("certificates", f"Certificates, seed {seed}; clearances in mm", ("", "all", *KINDS), rows)
+    print_table("certificates", f"Certificates, seed {seed}; clearances in mm", ("", "all", *KINDS), rows, readme)
     broken = [outcome for outcome in outcomes if outcome.broken]
     for outcome in broken:
         console.print(f"motion {outcome.index} ({outcome.kind}): {'; '.join(outcome.broken)}", soft_wrap=True)

@@ -10,6 +10,7 @@ import click
 from rich.table import Table
 
 from humanoid_rail import (
+    Certificate,
     InvalidInput,
     Robot,
     Scene,
@@ -50,6 +51,8 @@ def numbers(_context: click.Context, _option: click.Parameter, text: str | None)
 @click.option("--c-mu", type=float, help="Gain of the manipulability's gradient  [1.0]")
 @click.option("--c-kappa", type=float, help="Gain of the obstacle penalty's gradient  [1.0]")
 @click.option("--gain", callback=numbers, help="K in 1/s: a number, or six separated by commas  [1.0]")
+@click.option("--safety-distance", type=float, help="Clearance that qp keeps, m  [0.01]")
+@click.option("--damper-gain", type=float, help="How fast qp lets clearances fall to it, 1/s  [1.4]")
 @click.option("--dt", type=float, help="Time between samples, s  [0.01]")
 @click.option("--tolerance", type=float, help="Norm of the hands' error that ends the motion, m  [0.01]")
 @click.option("--max-time", type=float, help="Longest motion, s  [60]")
@@ -71,8 +74,6 @@ def main(
     """
     if scene_file is not None and case is not None:
         raise InvalidInput("scene", scene_file, "no scene file beside --case, which has its own scene")
-    if case is not None and method != "gradient-projection":
-        raise InvalidInput("method", method, "gradient-projection with a case of the paper")
     if out is not None:
         check_folder(out)
     given = {name: value for name, value in settings.items() if value is not None}
@@ -80,7 +81,9 @@ def main(
     scene = load_scene(scene_file) if scene_file is not None else paper_scene()
     try:
         with progress("planning"):
-            trajectory = plan(robot, scene, method, **given) if case is None else plan_case(robot, case, **given)
+            trajectory = (
+                plan(robot, scene, method, **given) if case is None else plan_case(robot, case, method, **given)
+            )
     except InvalidInput as error:
         if is_of_a_scene(error):
             error.source = scene_file  # the scene is sound in itself but not one for this robot
@@ -101,8 +104,11 @@ def report(title: str, trajectory: Trajectory) -> None:
     clearance = trajectory.min_clearance
     table.add_row("status", f"{trajectory.status}: {trajectory.reason}")
     table.add_row("duration", f"{trajectory.duration:.4f} s")
+    certificate = trajectory.certificate
+    table.add_row("certified", _certified(certificate))
     table.add_row("collision-free", f"{_yes(trajectory.collision_free)}, at the samples")
-    table.add_row("least clearance", "no obstacles" if clearance is None else f"{clearance:.4f} m")
+    table.add_row("least clearance", _clearance(clearance, "no obstacles"))
+    table.add_row("between links", _clearance(certificate.min_clearance_self, "no pairs to check"))
     for i, violation in enumerate(trajectory.violations):
         what = f"{violation.joint} {violation.quantity} {violation.value:.3g}, limit {violation.limit:.3g}"
         table.add_row("" if i else "beyond limits", f"{what}, at {violation.t:.2f} s")
@@ -131,6 +137,19 @@ def play(robot: Robot, scene: Scene, trajectory: Trajectory, view: bool | None, 
             open_browser=has_display(),
             on_ready=lambda url: console.print(f"Playing at {url} until Ctrl-C.", soft_wrap=True),
         )
+
+
+def _certified(certificate: Certificate) -> str:
+    if certificate.contact is not None:
+        return f"NO: {certificate.contact}"
+    bound = certificate.clearance_bound
+    if not certificate.certified:
+        return "NO: it could not be shown to be free of contact"
+    return "yes: nothing to touch" if bound is None else f"yes: never nearer than {bound:.4f} m"
+
+
+def _clearance(clearance: float | None, nothing: str) -> str:
+    return nothing if clearance is None else f"{clearance:.4f} m"
 
 
 def _yes(truth: bool) -> str:

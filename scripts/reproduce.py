@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
@@ -11,7 +12,7 @@ import click
 import numpy as np
 from matplotlib.figure import Figure
 
-from humanoid_rail import HumanoidRailError, load_robot
+from humanoid_rail import HumanoidRailError, Status, load_robot
 from humanoid_rail.cli import console, print_table, run
 from humanoid_rail.figures import clearance_figure, manipulability_figure, motion_figure, sweep_figure
 from humanoid_rail.paper import CASES, SETTINGS, SweepPoint, bisect_claims, claims, paper_scene, plan_case, sweep_point
@@ -20,6 +21,7 @@ from humanoid_rail.trajectory import check_folder
 ROBOTS = {"links 5 cm thick": 0.05, "links without thickness": 0.0}
 GRID = [round(0.1 * i, 1) for i in range(1, 31)]
 CLAIM_COLUMNS = ("claim", "paper", "computed", "holds")
+SAFE_COLUMNS = ("robot", "method", "clears both spheres", "least clearance", "reached and certified")
 RANGE_COLUMNS = ("robot", "from", "breaks below", "to", "breaks above")
 
 
@@ -50,7 +52,23 @@ def main(folder: str, sweep: bool, readme: Path | None) -> None:
             [s.robot, f"{s.low:.3f} m", ", ".join(s.below), f"{s.high:.3f} m", ", ".join(s.above)] for s in sweeps
         ]
         print_table("ranges", "Activation distances at which all claims hold at once", RANGE_COLUMNS, ranges, readme)
+        print_table("safe", "Case 2 at every activation distance of the sweep", SAFE_COLUMNS, safe_rows(sweeps), readme)
     console.print(f"Figures: {out}", soft_wrap=True)
+
+
+def safe_rows(sweeps: Sequence[Sweep]) -> list[list[str]]:
+    """Return how often case 2 clears both spheres, by eq. 4.9 and by qp."""
+    rows = []
+    for sweep in sweeps:
+        certified = sum(p.safe.certified and p.safe.status is Status.REACHED for p in sweep.points)
+        least = {"eq. 4.9": [p.clearance[1] for p in sweep.points]}
+        least["qp"] = [float(p.safe.clearance.min()) for p in sweep.points]
+        proven = {"eq. 4.9": "", "qp": f"{certified} of {len(sweep.points)}"}
+        rows += [
+            [sweep.robot, method, f"{np.sum(np.array(m) >= 0)} of {len(m)}", f"{min(m):.3f} m", proven[method]]
+            for method, m in least.items()
+        ]
+    return rows
 
 
 class Sweep(NamedTuple):
