@@ -154,7 +154,7 @@ class Certifier::Search {
     if (piece.shape->getNodeType() == coal::GEOM_HALFSPACE || std::isinf(least)) return false;
     const auto& body = *self_.robot_->bodies.geometryObjects[static_cast<std::size_t>(pair.link)].geometry;
     const Snapshot& start = at(first_);
-    const Eigen::Vector3d middle = start.bodies[static_cast<std::size_t>(pair.link)].act(Eigen::Vector3d(body.aabb_center));
+    const Eigen::Vector3d middle = self_.sweep_.body(start, pair.link).act(Eigen::Vector3d(body.aabb_center));
     const Eigen::Vector3d other = piece.at(start.t).transform(piece.shape->aabb_center);
     const double distance = (middle - other).norm() - body.aabb_radius - piece.shape->aabb_radius;
     const double bound = distance - travel(pair, first_, last_);
@@ -166,7 +166,7 @@ class Certifier::Search {
   void measure(Nearest& pair, const Snapshot& at) {
     const auto& bodies = self_.robot_->bodies.geometryObjects;
     const auto link = static_cast<std::size_t>(pair.link);
-    const auto placement = pinocchio::toCoalTransform3s(at.bodies[link]);
+    const auto placement = pinocchio::toCoalTransform3s(self_.sweep_.body(at, pair.link));
     if (pair.piece >= 0) {
       const auto& piece = self_.pieces_[static_cast<std::size_t>(pair.piece)];
       self_.meter_.measure(*bodies[link].geometry, placement, *piece.shape, piece.at(at.t), pair);
@@ -174,7 +174,7 @@ class Certifier::Search {
     } else {
       const auto other = static_cast<std::size_t>(pair.other);
       self_.meter_.measure(*bodies[link].geometry, placement, *bodies[other].geometry,
-                           pinocchio::toCoalTransform3s(at.bodies[other]), pair);
+                           pinocchio::toCoalTransform3s(self_.sweep_.body(at, pair.other)), pair);
       result_.min_links = std::min(result_.min_links, pair.distance);
     }
   }
@@ -232,7 +232,7 @@ class Certifier::Search {
   }
 
   void look(double t, const Eigen::Ref<const Vector>& q, Snapshot& snapshot) {
-    self_.kinematics_.move_bodies_to(q);
+    self_.kinematics_.move_joints_to(q);
     self_.sweep_.take(t, q, self_.kinematics_, snapshot);
   }
 

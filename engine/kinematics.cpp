@@ -43,11 +43,10 @@ void Kinematics::move_hands_to(const Eigen::Ref<const Vector>& q) {
   place_hands();
 }
 
-void Kinematics::move_bodies_to(const Eigen::Ref<const Vector>& q) {
+void Kinematics::move_joints_to(const Eigen::Ref<const Vector>& q) {
   full_ = robot_->offset;
   full_.noalias() += robot_->coupling * q;
   pinocchio::forwardKinematics(robot_->model, data_, full_);
-  pinocchio::updateGeometryPlacements(robot_->model, data_, robot_->bodies, bodies_);
 }
 
 void Kinematics::move_to(const Eigen::Ref<const Vector>& q) {

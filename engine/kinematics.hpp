@@ -20,8 +20,8 @@ class Kinematics {
   void move_to(const Eigen::Ref<const Vector>& q);
   // The same, for hands() alone.
   void move_hands_to(const Eigen::Ref<const Vector>& q);
-  // The same, for body() and joint() alone.
-  void move_bodies_to(const Eigen::Ref<const Vector>& q);
+  // The same, for joints() alone.
+  void move_joints_to(const Eigen::Ref<const Vector>& q);
 
   const Robot& robot() const { return *robot_; }
   const std::shared_ptr<const Robot>& robot_pointer() const { return robot_; }
@@ -33,8 +33,8 @@ class Kinematics {
   double manipulability() const { return manipulability_; }
   // Where a collision body is.
   const pinocchio::SE3& body(int link) const { return bodies_.oMg[static_cast<std::size_t>(link)]; }
-  // Where a joint is.
-  const pinocchio::SE3& joint(pinocchio::JointIndex joint) const { return data_.oMi[joint]; }
+  // Where the joints are.
+  const auto& joints() const { return data_.oMi; }
 
   // Adds factor d mu/dq to a gradient with respect to all joints (nv); see manipulability_gradient in kinematics.py.
   void add_manipulability_gradient(double factor, Vector& gradient) const;

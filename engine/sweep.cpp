@@ -42,10 +42,7 @@ Sweep::Sweep(std::shared_ptr<const Robot> robot, const std::vector<Obstacles::Pi
 void Sweep::take(double t, const Eigen::Ref<const Vector>& q, const Kinematics& kinematics, Snapshot& snapshot) const {
   snapshot.t = t;
   snapshot.q = q;
-  snapshot.origins.resize(origins_.size());
-  for (std::size_t i = 0; i < origins_.size(); ++i) snapshot.origins[i] = kinematics.joint(origins_[i]);
-  snapshot.bodies.resize(reach_.size());
-  for (std::size_t i = 0; i < reach_.size(); ++i) snapshot.bodies[i] = kinematics.body(static_cast<int>(i));
+  snapshot.joints = kinematics.joints();
 }
 
 void Sweep::measure(const Vector& full_a, const Vector& full_b, Ways& ways) {
@@ -83,7 +80,7 @@ double Sweep::gap(const Nearest& pair, const Snapshot& at, const Snapshot& a, co
   const auto link = static_cast<std::size_t>(pair.link);
   const auto& shape = *bodies[link].geometry;
   const auto coordinate = [&](const Snapshot& snapshot, const Eigen::Vector3d& direction) {
-    const auto& body = snapshot.bodies[link];
+    const auto body = this->body(snapshot, pair.link);
     return support(shape, body.rotation(), body.translation(), direction);
   };
   if (pair.piece >= 0) {
@@ -100,11 +97,11 @@ double Sweep::gap(const Nearest& pair, const Snapshot& at, const Snapshot& a, co
     return -obstacle + std::min(speed * a.t - coordinate(a, normal), speed * b.t - coordinate(b, normal));
   }
   const auto other = static_cast<std::size_t>(pair.other);
-  const auto origin = origin_of_[static_cast<std::size_t>(pair.pair)];
-  const Eigen::Vector3d normal = at.origins[origin].rotation().transpose() * pair.normal;
+  const auto origin = origins_[origin_of_[static_cast<std::size_t>(pair.pair)]];
+  const Eigen::Vector3d normal = at.joints[origin].rotation().transpose() * pair.normal;
   const auto apart = [&](const Snapshot& snapshot) {
-    const Eigen::Vector3d direction = snapshot.origins[origin].rotation() * normal;
-    const auto& body = snapshot.bodies[other];
+    const Eigen::Vector3d direction = snapshot.joints[origin].rotation() * normal;
+    const auto body = this->body(snapshot, pair.other);
     return -support(*bodies[other].geometry, body.rotation(), body.translation(), -direction) -
            coordinate(snapshot, direction);
   };

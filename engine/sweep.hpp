@@ -13,8 +13,7 @@ namespace humanoid_rail {
 struct Snapshot {
   double t;  // s
   Vector q;  // (n)
-  // Where the bodies are, and the joints that pairs of links move relative to.
-  std::vector<pinocchio::SE3> bodies, origins;
+  std::vector<pinocchio::SE3> joints;  // Where they are.
 };
 
 // How far links get from the base, and the two of each pair of links from each other, on a straight way.
@@ -30,6 +29,12 @@ class Sweep {
  public:
   // The pieces of the obstacles have to outlive it.
   Sweep(std::shared_ptr<const Robot> robot, const std::vector<Obstacles::Piece>& pieces);
+
+  // Where a collision body is.
+  pinocchio::SE3 body(const Snapshot& at, int link) const {
+    const auto& geometry = robot_->bodies.geometryObjects[static_cast<std::size_t>(link)];
+    return at.joints[geometry.parentJoint] * geometry.placement;
+  }
 
   // Keeps where the kinematics are.
   void take(double t, const Eigen::Ref<const Vector>& q, const Kinematics& kinematics, Snapshot& snapshot) const;
