@@ -28,7 +28,7 @@ class Certificate:
     """What :func:`humanoid_rail.verify` proves of a motion that is linear in q between its samples."""
 
     certified: bool
-    """Whether no link touches an obstacle or another link at any time, not only at the samples."""
+    """Whether no link touches an obstacle or another link at any time from the first sample to the last."""
     min_clearance_obstacles: float | None
     """Smallest clearance from an obstacle at the samples, or between them where that was looked at, m; None without
     obstacles."""
@@ -39,3 +39,7 @@ class Certificate:
     None where there is nothing to touch."""
     contact: Contact | None
     """The first contact, if there is one."""
+
+    def __bool__(self) -> bool:
+        """Return whether the motion is certified."""
+        return self.certified

@@ -9,6 +9,7 @@ from dataclasses import asdict
 import numpy as np
 
 from humanoid_rail.arrays import Array, frozen
+from humanoid_rail.certification import CONTACT, RESOLUTION
 from humanoid_rail.engines import get_engine
 from humanoid_rail.errors import InvalidInput, checked_number
 from humanoid_rail.integration import Settings
@@ -76,7 +77,8 @@ def plan(
 
     Raises:
         InvalidInput: If an argument is not valid, the scene is not one for this robot, or the start is outside the
-            position limits or in penetration with an obstacle; for `qp` also if links touch each other there.
+            position limits or in penetration with an obstacle; for `qp` also if anything touches there, links included,
+            and for other methods if the parameters of `qp` are given.
     """
     started = time.perf_counter()
     for name, value, kind in (("robot", robot, Robot), ("scene", scene, Scene)):
@@ -96,14 +98,19 @@ def plan(
     gains = Gains(gain, c_mu, c_kappa, epsilon)
     gains.diagonal(3 * len(robot.hands))
     safety = Safety(safety_distance, damper_gain)
+    if method != "qp" and safety != Safety():
+        name = "safety_distance" if safety.safety_distance != Safety().safety_distance else "damper_gain"
+        raise InvalidInput(name, getattr(safety, name), f"the default with {method}, which does not use it, or qp")
     computing = get_engine(engine)
     check_scene(robot, scene)
     kinematics = computing.kinematics(robot, scene.obstacles)
     start = np.array(robot.initial if scene.initial is None else scene.initial, float)
     there = kinematics.measure(start, horizon=0.0)
-    _check_start(there.clearance, robot, start, scene)
+    # What touches, to coal's precision, cannot be certified.
+    least = 2 * CONTACT if method == "qp" else 0.0
+    _check_start(there.clearance, robot, start, scene, least)
     if method == "qp":
-        _check_links(there.self_clearance, robot, start)
+        _check_links(there.self_clearance, robot, start, least)
 
     targets = np.array([scene.targets[name] for name in robot.hand_names])
     if method == "qp":
@@ -118,6 +125,9 @@ def plan(
     if method == "qp" and status is Status.REACHED and not certificate.certified:
         found = certificate.contact or f"no clearance larger than {certificate.clearance_bound} m could be proven"
         status, reason = Status.UNCERTIFIED, f"{reason}, but {found}"
+    nearest = certificate.clearance_bound
+    if method == "qp" and nearest is not None and nearest < safety.safety_distance - RESOLUTION - 2 * CONTACT:
+        reason += f"; the safety distance of {safety.safety_distance:g} m could not be kept everywhere"
     return Trajectory(
         t=frozen(motion.t),
         q=frozen(motion.q),
@@ -151,18 +161,22 @@ def plan(
     )
 
 
-def _check_start(clearance: Array, robot: Robot, start: Array, scene: Scene) -> None:
-    if clearance.size and clearance.min() < 0:
+def _check_start(clearance: Array, robot: Robot, start: Array, scene: Scene, least: float) -> None:
+    if clearance.size and clearance.min() < least:
         link, obstacle = np.unravel_index(clearance.argmin(), clearance.shape)
-        where = f"{robot.link_names[link]} is {-clearance.min():.4g} m inside {name_of(scene.obstacles, int(obstacle))}"
+        where = f"{robot.link_names[link]} is {_where(clearance.min())} {name_of(scene.obstacles, int(obstacle))}"
         raise InvalidInput("initial", _rounded(start), f"a start clear of obstacles: {where}")
 
 
-def _check_links(clearance: Array, robot: Robot, start: Array) -> None:
-    if clearance.size and clearance.min() < 0:
+def _check_links(clearance: Array, robot: Robot, start: Array, least: float) -> None:
+    if clearance.size and clearance.min() < least:
         one, other = robot.self_collision_pairs[int(clearance.argmin())]
-        where = f"{robot.link_names[one]} is {-clearance.min():.4g} m inside {robot.link_names[other]}"
+        where = f"{robot.link_names[one]} is {_where(clearance.min())} {robot.link_names[other]}"
         raise InvalidInput("initial", _rounded(start), f"a start in which no links touch: {where}")
+
+
+def _where(clearance: float) -> str:
+    return f"{-clearance:.4g} m inside" if clearance < 0 else f"{clearance:.4g} m, too near to tell from touching, from"
 
 
 def _rounded(start: Array) -> list[float]:

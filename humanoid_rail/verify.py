@@ -34,7 +34,8 @@ class SampledMotion(Protocol):
 def verify(robot: Robot, scene: Scene, trajectory: SampledMotion, *, engine: str = "native") -> Certificate:
     """Prove that a motion touches no obstacle and that no links touch each other, between its samples neither.
 
-    The motion is linear in q between its samples, whatever made it. Nothing else of the trajectory is believed.
+    The motion is linear in q between its samples, whatever made it. Nothing else of the trajectory is believed. Neither
+    are limits looked at, nor what comes after the last sample; see docs/safety.md.
 
     Args:
         robot: The robot.
@@ -48,7 +49,14 @@ def verify(robot: Robot, scene: Scene, trajectory: SampledMotion, *, engine: str
     Raises:
         InvalidInput: If the trajectory is for another robot, or its times or configurations are not valid.
     """
-    t, q = np.array(trajectory.t, float), np.array(trajectory.q, float)
+    for name, value, kind in (("robot", robot, Robot), ("scene", scene, Scene)):
+        if not isinstance(value, kind):
+            raise InvalidInput(name, value, f"a {kind.__name__}")
+    try:
+        t, q = np.array(trajectory.t, float), np.array(trajectory.q, float)
+    except (AttributeError, TypeError, ValueError) as error:
+        valid = f"something with times t (N,) and configurations q (N, n), such as a Trajectory ({error})"
+        raise InvalidInput("trajectory", trajectory, valid) from error
     names = getattr(trajectory, "joint_names", robot.joint_names)
     if tuple(names) != robot.joint_names:
         raise InvalidInput("trajectory.joint_names", names, f"those of the robot: {', '.join(robot.joint_names)}")
@@ -58,8 +66,8 @@ def verify(robot: Robot, scene: Scene, trajectory: SampledMotion, *, engine: str
         raise InvalidInput("trajectory.t", t.shape, f"an array of shape ({len(q)},), a time for each configuration")
     for name, values in (("t", t), ("q", q)):
         if not np.isfinite(values).all():
-            raise InvalidInput(f"trajectory.{name}", values[~np.isfinite(values)][0], "finite numbers")
+            raise InvalidInput(f"trajectory.{name}", float(values[~np.isfinite(values)][0]), "finite numbers")
     if (t[1:] <= t[:-1]).any():
         k = int(np.flatnonzero(t[1:] <= t[:-1])[0]) + 1
-        raise InvalidInput(f"trajectory.t[{k}]", t[k], f"a time after {t[k - 1]:g}, that of the sample before")
+        raise InvalidInput(f"trajectory.t[{k}]", float(t[k]), f"a time after {t[k - 1]:g}, that of the sample before")
     return get_engine(engine).certify(robot, scene.obstacles, t, q)

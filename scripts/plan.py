@@ -105,7 +105,8 @@ def report(title: str, trajectory: Trajectory) -> None:
     table.add_row("status", f"{trajectory.status}: {trajectory.reason}")
     table.add_row("duration", f"{trajectory.duration:.4f} s")
     certificate = trajectory.certificate
-    table.add_row("certified", _certified(certificate))
+    table.add_row("method", trajectory.method)
+    table.add_row("certified", _certified(certificate, trajectory.duration))
     table.add_row("collision-free", f"{_yes(trajectory.collision_free)}, at the samples")
     table.add_row("least clearance", _clearance(clearance, "no obstacles"))
     table.add_row("between links", _clearance(certificate.min_clearance_self, "no pairs to check"))
@@ -139,13 +140,14 @@ def play(robot: Robot, scene: Scene, trajectory: Trajectory, view: bool | None, 
         )
 
 
-def _certified(certificate: Certificate) -> str:
+def _certified(certificate: Certificate, end: float) -> str:
     if certificate.contact is not None:
         return f"NO: {certificate.contact}"
     bound = certificate.clearance_bound
     if not certificate.certified:
         return "NO: it could not be shown to be free of contact"
-    return "yes: nothing to touch" if bound is None else f"yes: never nearer than {bound:.4f} m"
+    nothing = "yes: there is nothing to touch"
+    return nothing if bound is None else f"yes: no clearance below {bound:.4f} m until t = {end:.4g} s"
 
 
 def _clearance(clearance: float | None, nothing: str) -> str:

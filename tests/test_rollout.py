@@ -202,3 +202,24 @@ def test_position_limits_hold_where_eq_4_9_exceeds_them(plan: Plan) -> None:
     assert safe.limits_ok
     assert (safe.q <= robot.upper).all()
     assert (safe.q >= robot.lower).all()
+
+
+def test_a_start_that_cannot_be_told_from_touching_is_refused(robot: Robot, plan: Plan) -> None:
+    hand = Kinematics(robot).hand_positions(robot.initial)[1]
+    for gap, works in ((1e-9, False), (1e-5, True)):
+        ball = Sphere(center=tuple(hand + np.array([0.0, 0.05 + 0.1 + gap, 0.0])), radius=0.1)
+        scene = Scene(name="touching", targets=FREE, obstacles=(ball,))
+        if works:
+            trajectory = plan(robot, scene, "qp", dt=0.05, max_time=0.2)
+            assert trajectory.certified
+            assert "safety distance of 0.01 m could not be kept" in trajectory.reason
+        else:
+            with pytest.raises(InvalidInput, match=r"too near to tell from touching, from obstacles\[0\] \(sphere\)"):
+                plan(robot, scene, "qp")
+            assert plan(robot, scene, dt=0.5).t[-1] > 0
+
+
+@pytest.mark.parametrize("parameter", ["safety_distance", "damper_gain"])
+def test_parameters_of_qp_are_refused_elsewhere(robot: Robot, scene: Scene, plan: Plan, parameter: str) -> None:
+    with pytest.raises(InvalidInput, match=f"{parameter} is 0.5; valid: the default with gradient-projection"):
+        plan(robot, scene, **{parameter: 0.5})

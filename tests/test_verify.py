@@ -340,3 +340,16 @@ def test_a_motion_of_one_sample(robot: Robot, scene: Scene) -> None:
     measured = Kinematics(robot, scene.obstacles).measure(robot.initial)
     assert certificate.min_clearance_obstacles == pytest.approx(measured.clearance.min())
     assert certificate.min_clearance_self == pytest.approx(measured.self_clearance.min())
+
+
+def test_a_certificate_is_true_where_it_is_certified(robot: Robot, scene: Scene) -> None:
+    assert plan_case(robot, 3, dt=0.1).certificate
+    assert not plan_case(robot, 1, dt=0.1).certificate
+
+
+@pytest.mark.parametrize("motion", [(np.zeros(1), np.zeros((1, 12))), None, "out", Motion(["a"], [["b"]])])
+def test_what_is_no_motion_is_named(robot: Robot, scene: Scene, motion: object) -> None:
+    with pytest.raises(InvalidInput, match="trajectory is"):
+        verify(robot, scene, motion)
+    with pytest.raises(InvalidInput, match="scene is"):
+        verify(robot, "scene.yaml", Motion(np.zeros(1), np.zeros((1, 12))))
