@@ -37,7 +37,7 @@ class Certifier::Search {
       glance();
       for_all_pairs([&](const Nearest& pair) { search(pair); });
     }
-    result_.bound -= CONTACT;
+    result_.bound = std::min({result_.bound, result_.min_obstacles, result_.min_links}) - CONTACT;
     result_.certified = !result_.contact && result_.bound > 0.0;
     return result_;
   }

@@ -29,6 +29,8 @@ class Certifier {
   using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
   Certifier(std::shared_ptr<const Robot> robot, const Obstacles& obstacles);
+  Certifier(const Certifier&) = delete;  // The sweep refers to the pieces here.
+  Certifier& operator=(const Certifier&) = delete;
 
   // Times (N), ever later, and configurations (N, n).
   Certificate certify(const Eigen::Ref<const Vector>& t, const Eigen::Ref<const Rows>& q);

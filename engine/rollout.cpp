@@ -11,6 +11,10 @@ namespace {
 
 // How often a step that is not safe is halved before the robot stands still.
 constexpr int HALVINGS = 6;
+// What a step has to keep between all pairs on its way, m: twice what coal's distances are precise to.
+constexpr double APART = 2e-6;
+// The shortest last step, as a share of one: a shorter one would have a speed of rounding errors.
+constexpr double SHORTEST = 1e-3;
 // What rounding may take from a distance in a step, m.
 constexpr double ROUNDING = 1e-9;
 // Of |e|: less than this in the time a motion has to get somewhere is no progress.
@@ -48,8 +52,8 @@ class Walk {
     std::sort(place.obstacles.begin(), place.obstacles.end(), before);
   }
 
-  // Whether the way from a to b is free of contact, and takes no pair below the safety distance or, where it was below
-  // already, nearer.
+  // Whether the way from a to b is free of contact, and at its end no pair is below the safety distance or, where it was
+  // below already, nearer.
   Step judge(const Place& a, const Place& b) {
     const Robot& robot = kinematics_.robot();
     full_a_ = robot.offset + robot.coupling * a.snapshot.q;
@@ -70,9 +74,9 @@ class Walk {
         const double was = was_near ? i->distance : horizon;
         Reach reach = ways_.of(there);
         reach.travel += speed * duration;
-        const double bound = was_near ? sweep_.least(*i, a.snapshot, there, b.snapshot, reach, ROUNDING)
+        const double bound = was_near ? sweep_.least(*i, a.snapshot, there, b.snapshot, reach, APART)
                                       : (was + there.distance - reach.travel) / 2.0;
-        if (bound < ROUNDING) return false;
+        if (bound < APART) return false;
         if (there.distance < std::min(safety_.distance, was) - ROUNDING) step = Step::free;
       }
       // Those that have left the horizon.
@@ -80,7 +84,7 @@ class Walk {
       for (const Nearest& here : before) {
         while (j != after.end() && j->pair < here.pair) ++j;
         if (j != after.end() && j->pair == here.pair) continue;
-        if ((here.distance + horizon - ways_.of(here).travel - speed * duration) / 2.0 < ROUNDING) return false;
+        if ((here.distance + horizon - ways_.of(here).travel - speed * duration) / 2.0 < APART) return false;
       }
       return true;
     };
@@ -169,15 +173,26 @@ Rollout rollout(SafeVelocity& method, const Obstacles& obstacles, const Vector& 
       walk.look(next, t + duration, there);
       step = Step::free;
     }
-    visit(share * velocity);
     if (step == Step::blocked || (step == Step::free && !moving)) {
-      if (!moving) return finish(Status::stalled);
+      if (!moving) {
+        visit(Vector::Zero(start.size()));
+        return finish(Status::stalled);
+      }
+      // What fast obstacles do in a step may take a closer look to tell.
       Certifier certifier(projection.kinematics.robot_pointer(), obstacles);
       Certifier::Rows still(2, q.size());
       still << q.transpose(), q.transpose();
-      result.overrun = certifier.certify(Eigen::Vector2d(t, t + duration), still).contact;
-      return finish(Status::overrun);
+      const Certificate certificate = certifier.certify(Eigen::Vector2d(t, t + duration), still);
+      if (!certificate.certified) {
+        visit(Vector::Zero(start.size()));
+        result.overrun = certificate.contact;
+        return finish(Status::overrun);
+      }
+      share = 0.0;
+      next = q;
+      walk.look(next, t + duration, there);
     }
+    visit(share * velocity);
     const double before = motion.left;
     motion.left = distance();
     if (motion.left <= settings.tolerance) {
@@ -195,6 +210,7 @@ Rollout rollout(SafeVelocity& method, const Obstacles& obstacles, const Vector& 
         s = boost::math::tools::toms748_solve(excess, 0.0, 1.0, before - settings.tolerance, excess(1.0), close,
                                               iterations).second;
       }
+      s = std::max(s, SHORTEST);
       motion.left = excess(s) + settings.tolerance;
       t += s * duration;
       sample(q + s * (next - q));
@@ -209,7 +225,7 @@ Rollout rollout(SafeVelocity& method, const Obstacles& obstacles, const Vector& 
       best_t = t;
     }
     if (!moving && t - best_t > settings.progress) return finish(Status::stalled);
-    if (t >= settings.max_time) return finish(Status::time_limit);
+    if (t > settings.max_time - SHORTEST * settings.dt) return finish(Status::time_limit);
   }
 }
 

@@ -69,12 +69,12 @@ class _Search:
                 self._measure(pair, self._at(k))
         for pair in pairs:
             self._search(pair)
-        bound = self._bound - CONTACT
+        bound = float(min(self._bound, *self._least.values())) - CONTACT
         return Certificate(
             certified=self._contact is None and bound > 0,
             min_clearance_obstacles=self._least[True] if self._sweep.obstacle_pairs else None,
             min_clearance_self=self._least[False] if self._sweep.link_pairs else None,
-            clearance_bound=float(bound) if pairs else None,
+            clearance_bound=bound if pairs else None,
             contact=self._contact,
         )
 

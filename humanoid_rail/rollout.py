@@ -29,6 +29,10 @@ from humanoid_rail.trajectory import Status
 
 HALVINGS = 6
 """How often a step that is not safe is halved before the robot stands still."""
+APART = 2e-6
+"""What a step has to keep between all pairs on its way, m: twice what coal's distances are precise to."""
+SHORTEST = 1e-3
+"""The shortest last step, as a share of one: a shorter one would have a speed of rounding errors."""
 ROUNDING = 1e-9
 """What rounding may take from a distance in a step, m."""
 PROGRESS = 0.01
@@ -116,13 +120,16 @@ def rollout(
         if not steps:
             if not moving:
                 return ended(Status.STALLED)
+            # What fast obstacles do in a step may take a closer look to tell.
             still = certify(robot, obstacles, np.array([t, t + duration]), np.array([q, q]))
-            return ended(Status.OVERRUN, contact=still.contact)
+            if not still.certified:
+                return ended(Status.OVERRUN, contact=still.contact)
+            steps = [(_Step.FREE, 0.0, q, walk.look(t + duration, q))]
         _, share, after, there = steps[0]
         velocities.append(share * velocity)
         left = distance(after)
         if left <= settings.tolerance:
-            s = _arrival(partial(excess, q, after - q))
+            s = max(_arrival(partial(excess, q, after - q)), SHORTEST)
             times.append(t + s * duration)
             places.append(q + s * (after - q))
             return ended(Status.REACHED)
@@ -133,7 +140,7 @@ def rollout(
             best, best_t = left, times[-1]
         if not moving and times[-1] - best_t > PROGRESS_TIME / K.min():
             return ended(Status.STALLED)
-        if times[-1] >= settings.max_time:
+        if times[-1] > settings.max_time - SHORTEST * settings.dt:
             return ended(Status.TIME_LIMIT)
 
 
@@ -183,7 +190,7 @@ class _Walk:
     def judge(self, a: _Place, b: _Place) -> _Step:
         """Return whether the way from a to b is free of contact and safe.
 
-        It is safe if it takes no pair below the safety distance or, where it was below already, nearer.
+        It is safe if at its end no pair is below the safety distance or, where it was below already, nearer.
         """
         links, pairs = self._sweep.ways(a.snapshot.q, b.snapshot.q)
         step = _Step.SAFE
@@ -191,7 +198,7 @@ class _Walk:
             ways, column = (pairs, pair.number) if pair.piece is None else (links, pair.link)
             travel = ways.travel[column] + self._sweep.speed(pair) * (b.snapshot.t - a.snapshot.t)
             way = travel, ways.curvature[column]
-            if self._sweep.least(pair, here, a.snapshot, there, b.snapshot, *way, ROUNDING) < ROUNDING:
+            if self._sweep.least(pair, here, a.snapshot, there, b.snapshot, *way, APART) < APART:
                 return _Step.BLOCKED
             if there.distance < min(self._safety.safety_distance, here.distance) - ROUNDING:
                 step = _Step.FREE

@@ -13,6 +13,7 @@ from humanoid_rail.arrays import Array
 from humanoid_rail.certificate import Certificate
 from humanoid_rail.engines import get_engine
 from humanoid_rail.errors import InvalidInput
+from humanoid_rail.obstacles import FARTHEST
 from humanoid_rail.robot import Robot
 from humanoid_rail.scene import Scene
 
@@ -57,7 +58,7 @@ def verify(robot: Robot, scene: Scene, trajectory: SampledMotion, *, engine: str
     except (AttributeError, TypeError, ValueError) as error:
         valid = f"something with times t (N,) and configurations q (N, n), such as a Trajectory ({error})"
         raise InvalidInput("trajectory", trajectory, valid) from error
-    names = getattr(trajectory, "joint_names", robot.joint_names)
+    names = getattr(trajectory, "joint_names", None) or robot.joint_names
     if tuple(names) != robot.joint_names:
         raise InvalidInput("trajectory.joint_names", names, f"those of the robot: {', '.join(robot.joint_names)}")
     if q.ndim != 2 or q.shape[1] != robot.n or not len(q):
@@ -67,6 +68,9 @@ def verify(robot: Robot, scene: Scene, trajectory: SampledMotion, *, engine: str
     for name, values in (("t", t), ("q", q)):
         if not np.isfinite(values).all():
             raise InvalidInput(f"trajectory.{name}", float(values[~np.isfinite(values)][0]), "finite numbers")
+        if (abs(values) > FARTHEST).any():
+            valid = f"at most {FARTHEST:g} in size, beyond which double precision tells little"
+            raise InvalidInput(f"trajectory.{name}", float(values[abs(values) > FARTHEST][0]), valid)
     if (t[1:] <= t[:-1]).any():
         k = int(np.flatnonzero(t[1:] <= t[:-1])[0]) + 1
         raise InvalidInput(f"trajectory.t[{k}]", float(t[k]), f"a time after {t[k - 1]:g}, that of the sample before")
