@@ -222,7 +222,7 @@ def test_the_hands_give_way_before_a_constraint_does(robot: Robot) -> None:
 @settings(max_examples=60, deadline=None, derandomize=True)
 @given(
     seed=st.integers(0, 2**32 - 1),
-    distance=st.sampled_from([0.0, 0.005, 0.05]),
+    distance=st.sampled_from([1e-5, 0.005, 0.05]),
     dt=st.sampled_from([0.002, 0.01, 0.05]),
 )
 def test_a_step_from_a_safe_state_is_safe_and_within_limits(seed: int, distance: float, dt: float) -> None:
@@ -248,8 +248,7 @@ def step_is_safe(
     measured = kinematics.Kinematics(robot, obstacles).measure(after.q[-1])
     assert measured.clearance.min(initial=np.inf) >= distance - 1e-8
     assert measured.self_clearance.min() >= distance - 1e-8
-    if distance > 0:
-        assert after.certified
+    assert after.certified
 
 
 @settings(max_examples=40, deadline=None, derandomize=True)
