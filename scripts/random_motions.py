@@ -13,7 +13,7 @@ from math import pi
 import numpy as np
 from plain_geometry import LINKS, PAIRS, RADIUS, Course, bones, clearance, configuration, follow, segment_segment
 
-from humanoid_rail import Box, Capsule, Certificate, HalfSpace, Robot, Scene, Sphere, load_robot, plan
+from humanoid_rail import Box, Capsule, Certificate, HalfSpace, Robot, Safety, Scene, Sphere, load_robot, plan
 from humanoid_rail.arrays import Array
 from humanoid_rail.obstacles import Obstacle
 
@@ -131,16 +131,17 @@ def planned(rng: np.random.Generator, kind: str, start: Array, obstacles: tuple[
     """Return a motion of the planner that takes the hands to where they are in another configuration."""
     ends = bones(np.clip(start + rng.normal(0.0, 0.6, start.size), robot().lower, robot().upper))
     targets = {side: ends[LINKS.index(f"{side}_forearm"), 1] for side in ("left", "right")}
+    c_kappa, distance = float(rng.choice([0.0, 1.0])), float(rng.choice([0.0, 1e-3, 1e-2, 5e-2]))
     trajectory = plan(
         robot(),
         scene_of(obstacles, initial=start, targets=targets),
         METHODS[kind],
         gain=3.0,
-        c_kappa=float(rng.choice([0.0, 1.0])),
+        c_kappa=c_kappa,
         epsilon=0.5,
-        safety_distance=float(rng.choice([0.0, 1e-3, 1e-2, 5e-2])),
         dt=0.02,
         max_time=3.0,
+        safety_distance=distance if METHODS[kind] == "qp" else Safety().safety_distance,
     )
     return Motion(kind, trajectory.t, trajectory.q, obstacles, trajectory.certificate)
 

@@ -34,7 +34,7 @@ def test_one_command_prints_tables_and_writes_json_and_markdown(tmp_path: Path) 
     for figure in report["figures"]:
         assert 0 < figure["low"] <= figure["median"] <= figure["high"], figure
     wanted = {ratio["what"]: ratio["wanted"] for ratio in report["ratios"] if ratio["wanted"]}
-    assert len(wanted) == 7
+    assert len(wanted) == 10
     assert "holds" in result.stdout
     text = page.read_text()
     for ratio in report["ratios"]:
