@@ -66,11 +66,10 @@ def verify(robot: Robot, scene: Scene, trajectory: SampledMotion, *, engine: str
     if t.shape != (len(q),):
         raise InvalidInput("trajectory.t", t.shape, f"an array of shape ({len(q)},), a time for each configuration")
     for name, values in (("t", t), ("q", q)):
-        if not np.isfinite(values).all():
-            raise InvalidInput(f"trajectory.{name}", float(values[~np.isfinite(values)][0]), "finite numbers")
-        if (abs(values) > FARTHEST).any():
-            valid = f"at most {FARTHEST:g} in size, beyond which double precision tells little"
-            raise InvalidInput(f"trajectory.{name}", float(values[abs(values) > FARTHEST][0]), valid)
+        size = abs(values)
+        if not size.max() <= FARTHEST:  # nor if one is no number
+            valid = f"finite numbers, at most {FARTHEST:g} in size: beyond that double precision tells little"
+            raise InvalidInput(f"trajectory.{name}", float(values[~(size <= FARTHEST)][0]), valid)
     if (t[1:] <= t[:-1]).any():
         k = int(np.flatnonzero(t[1:] <= t[:-1])[0]) + 1
         raise InvalidInput(f"trajectory.t[{k}]", float(t[k]), f"a time after {t[k - 1]:g}, that of the sample before")
