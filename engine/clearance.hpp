@@ -34,6 +34,7 @@ class Obstacles {
 
   const std::vector<Piece>& pieces() const { return pieces_; }
   int size() const { return size_; }
+  // Whether any of them does.
   bool move() const;
 
  private:
@@ -55,7 +56,6 @@ struct Nearest {
   // A unit force along the normal at the point, at the base's origin: d psi/dq is minus what it does on the joints of
   // the link, and plus what it does on those of the other link.
   pinocchio::Force wrench() const { return {normal, point.cross(normal)}; }
-  Eigen::Vector3d other_point() const { return point + distance * normal; }
 };
 
 // Measures the distance of two shapes, with the workspace that takes.
@@ -91,8 +91,6 @@ class Clearances {
 
   int obstacles() const { return obstacles_; }
   const std::vector<Obstacles::Piece>& pieces() const { return pieces_; }
-  // Whether any obstacle does.
-  bool move() const { return !moving_.empty(); }
 
  private:
   struct Body {

@@ -68,12 +68,6 @@ class Velocity {
     return (method_.kinematics.hands() - targets_).norm();
   }
 
-  // Whether more than the tolerance of e lies in a direction that J has lost.
-  bool is_held_by_singularity(double tolerance) const {
-    const auto lost = method_.pseudoinverse().lost_direction();
-    return lost && std::abs(lost->dot(method_.error())) > tolerance;
-  }
-
   int evaluations = 0;
 
  private:
@@ -163,7 +157,7 @@ Integration integrate(GradientProjection& method, const Vector& start, const Vec
       }
       visit(q_dot);
       sample_step();
-      const bool held = velocity.is_held_by_singularity(settings.tolerance);
+      const bool held = method.is_held_by_singularity(settings.tolerance);
       singular_since = held ? std::min(singular_since, end) : INFINITE;
       const bool exhausted = velocity.evaluations > settings.max_evaluations;
       if (end - singular_since > settings.patience || (exhausted && held)) return finish(Status::singular);

@@ -125,4 +125,9 @@ const Vector& GradientProjection::resolve(const Eigen::Ref<const Vector>& target
   return velocity_;
 }
 
+bool GradientProjection::is_held_by_singularity(double tolerance) const {
+  const auto lost = pseudoinverse_.lost_direction();
+  return lost && std::abs(lost->dot(error_)) > tolerance;
+}
+
 }  // namespace humanoid_rail

@@ -61,7 +61,8 @@ class GradientProjection {
   const Vector& resolve(const Eigen::Ref<const Vector>& targets, const Gains& gains);
   // e of eq. 4.1 (3h) where velocity() was asked for last, m.
   const Vector& error() const { return error_; }
-  const PseudoInverse& pseudoinverse() const { return pseudoinverse_; }
+  // Whether more than a tolerance of it, m, lies in a direction that J has lost there.
+  bool is_held_by_singularity(double tolerance) const;
 
   Kinematics kinematics;
   Clearances clearances;

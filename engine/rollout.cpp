@@ -148,8 +148,7 @@ Rollout rollout(SafeVelocity& method, const Obstacles& obstacles, const Vector& 
     const double duration = std::min(settings.dt, settings.max_time - t);
     const Vector velocity = method.resolve(targets, gains, safety, settings.dt);
     ++motion.evaluations;
-    const auto lost = projection.pseudoinverse().lost_direction();
-    const bool held = lost && std::abs(lost->dot(projection.error())) > settings.tolerance;
+    const bool held = projection.is_held_by_singularity(settings.tolerance);
     singular_since = held ? std::min(singular_since, t) : INFINITE;
     if (t - singular_since > settings.patience) {
       visit(Vector::Zero(start.size()));
@@ -204,11 +203,11 @@ Rollout rollout(SafeVelocity& method, const Obstacles& obstacles, const Vector& 
         return distance() - settings.tolerance;
       };
       double s = 1.0;
-      if (before > settings.tolerance && excess(1.0) < 0.0) {
+      if (const double after = excess(1.0); after < 0.0) {
         std::uintmax_t iterations = 100;
         const auto close = [](double a, double b) { return b - a <= 1e-12; };
-        s = boost::math::tools::toms748_solve(excess, 0.0, 1.0, before - settings.tolerance, excess(1.0), close,
-                                              iterations).second;
+        s = boost::math::tools::toms748_solve(excess, 0.0, 1.0, before - settings.tolerance, after, close, iterations)
+                .second;
       }
       s = std::max(s, SHORTEST);
       motion.left = excess(s) + settings.tolerance;

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import pairwise, product
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -58,17 +58,20 @@ def closest_pairs(robot: Robot, scene: Scene, trajectory: Trajectory, times: Arr
     """
     sweep = Sweep(robot, scene.obstacles)
     moments = [sweep.take(float(t), trajectory.configuration(float(t))) for t in np.asarray(times, float)]
-    links = _ways(robot, moments)
-    speeds = np.array([np.linalg.norm(obstacle.velocity) for obstacle in scene.obstacles])
-    obstacles = np.outer(np.diff([at.t for at in moments]), speeds)
+    ways = [sweep.ways(a.q, b.q) for a, b in pairwise(moments)]
+    links = np.array([own.travel for own, _ in ways]).reshape(len(ways), len(robot.link_names))
+    between = np.array([relative.travel for _, relative in ways]).reshape(len(ways), len(sweep.link_pairs))
+    speeds = np.array([sweep.speed(pair) for pair in sweep.obstacle_pairs])
+    around = links[:, [pair.link for pair in sweep.obstacle_pairs]] + np.outer(
+        np.diff([at.t for at in moments]), speeds
+    )
 
-    def closest(pairs: Sequence[Pair], others: Array) -> tuple[Closest, ...]:
-        ways = links[:, [pair.link for pair in pairs]] + others[:, [pair.other for pair in pairs]]
+    def closest(pairs: Sequence[Pair], ways: Array) -> tuple[Closest, ...]:
         return tuple(_named(robot, scene, *found) for found in _follow(sweep, pairs, moments, ways))
 
     return ClosestPairs(
-        obstacles=closest(sweep.obstacle_pairs, obstacles) if sweep.obstacle_pairs else (),
-        links=closest(sweep.link_pairs, links) if sweep.link_pairs else (),
+        obstacles=closest(sweep.obstacle_pairs, around) if sweep.obstacle_pairs else (),
+        links=closest(sweep.link_pairs, between) if sweep.link_pairs else (),
     )
 
 
@@ -104,38 +107,19 @@ def _named(robot: Robot, scene: Scene, t: float, pair: Pair, nearest: Nearest) -
     return Closest(t, robot.link_names[pair.link], other, nearest.distance, points)
 
 
-def _ways(robot: Robot, moments: Sequence[Snapshot]) -> Array:
-    """Return how far the points of each link are at most from where they were a moment before (K - 1, L), m.
-
-    How far a point of a body is from where it was is a convex function of the point: largest at a corner of a box.
-    """
-    corners = []
-    for body in robot.collision_model.geometryObjects:
-        body.geometry.computeLocalAABB()
-        box = body.geometry.aabb_local
-        corners.append(list(product(*zip(box.min_, box.max_, strict=True))))
-    local = np.array(corners)
-    placed = [
-        np.array([points @ M.rotation.T + M.translation for points, M in zip(local, at.bodies, strict=True)])
-        for at in moments
-    ]
-    ways = [np.linalg.norm(b - a, axis=2).max(axis=1) for a, b in pairwise(placed)]
-    return np.array(ways).reshape(-1, len(local))
-
-
 def _follow(
     sweep: Sweep, pairs: Sequence[Pair], moments: Sequence[Snapshot], ways: Array
 ) -> Iterator[tuple[float, Pair, Nearest]]:
     """Yield the closest of some pairs at each moment; of those as close, the one before.
 
-    A pair is measured only when it could be the closest: its distance has shrunk by no more than how far the two are
-    from where they were when it was measured last.
+    A pair is measured only when it could be the closest: its distance has shrunk by no more than how far the two have
+    come since it was measured last.
 
     Args:
         sweep: What measures.
         pairs: The pairs (P,).
         moments: The moments (K,).
-        ways: How far the two of each pair are together from where they were a moment before (K - 1, P), m.
+        ways: How far the two of each pair get relative to each other from each moment to the next (K - 1, P), m.
     """
     bound = np.full(len(pairs), -np.inf)
     before = -1

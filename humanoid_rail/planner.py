@@ -9,7 +9,7 @@ from dataclasses import asdict
 import numpy as np
 
 from humanoid_rail.arrays import Array, frozen
-from humanoid_rail.certification import CONTACT, RESOLUTION
+from humanoid_rail.certification import RESOLUTION
 from humanoid_rail.engines import get_engine
 from humanoid_rail.errors import InvalidInput, checked_number
 from humanoid_rail.integration import Settings
@@ -17,6 +17,7 @@ from humanoid_rail.limits import limit_violations, sampled
 from humanoid_rail.obstacles import name_of
 from humanoid_rail.resolution import Gains
 from humanoid_rail.robot import Robot
+from humanoid_rail.rollout import APART
 from humanoid_rail.safety import Safety
 from humanoid_rail.scene import Scene, check_scene
 from humanoid_rail.trajectory import Status, Trajectory
@@ -106,8 +107,8 @@ def plan(
     kinematics = computing.kinematics(robot, scene.obstacles)
     start = np.array(robot.initial if scene.initial is None else scene.initial, float)
     there = kinematics.measure(start, horizon=0.0)
-    # What touches, to coal's precision, cannot be certified.
-    least = 2 * CONTACT if method == "qp" else 0.0
+    # From where anything touches, to coal's precision, no step can be proven.
+    least = APART if method == "qp" else 0.0
     _check_start(there.clearance, robot, start, scene, least)
     if method == "qp":
         _check_links(there.self_clearance, robot, start, least)
@@ -126,7 +127,7 @@ def plan(
         found = certificate.contact or f"no clearance larger than {certificate.clearance_bound} m could be proven"
         status, reason = Status.UNCERTIFIED, f"{reason}, but {found}"
     nearest = certificate.clearance_bound
-    if method == "qp" and nearest is not None and nearest < safety.safety_distance - RESOLUTION - 2 * CONTACT:
+    if method == "qp" and nearest is not None and nearest < safety.safety_distance - RESOLUTION - APART:
         reason += f"; the safety distance of {safety.safety_distance:g} m could not be kept everywhere"
     return Trajectory(
         t=frozen(motion.t),

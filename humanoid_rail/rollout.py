@@ -18,7 +18,7 @@ from scipy.optimize import brentq
 
 from humanoid_rail.arrays import Array
 from humanoid_rail.certificate import Contact
-from humanoid_rail.certification import certify
+from humanoid_rail.certification import CONTACT, certify
 from humanoid_rail.integration import PATIENCE, Integration, Settings, explain, is_held_by_singularity
 from humanoid_rail.kinematics import Kinematics, State
 from humanoid_rail.limits import Motion
@@ -29,7 +29,7 @@ from humanoid_rail.trajectory import Status
 
 HALVINGS = 6
 """How often a step that is not safe is halved before the robot stands still."""
-APART = 2e-6
+APART = 2 * CONTACT
 """What a step has to keep between all pairs on its way, m: twice what coal's distances are precise to."""
 SHORTEST = 1e-3
 """The shortest last step, as a share of one: a shorter one would have a speed of rounding errors."""

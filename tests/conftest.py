@@ -74,6 +74,17 @@ def random_q(robot: Robot, rng: np.random.Generator) -> np.ndarray:
     return q
 
 
+@pytest.fixture(scope="session")
+def folded_q(robot: Robot) -> np.ndarray:
+    """A configuration within the limits in which links that may collide are inside each other."""
+    rng = np.random.default_rng(3)
+    kinematics = humanoid_rail.Kinematics(robot)
+    while True:
+        q = rng.uniform(robot.lower, robot.upper)
+        if kinematics.measure(q).self_clearance.min() < -0.02:
+            return q
+
+
 def central_difference(f: Callable[[np.ndarray], np.ndarray], q: np.ndarray, h: float = 1e-6) -> np.ndarray:
     """Return df/dq, the last axis the column, by central differences."""
     columns = [(np.asarray(f(q + step)) - np.asarray(f(q - step))) / (2 * h) for step in h * np.eye(q.size)]

@@ -149,6 +149,26 @@ def test_both_engines_have_the_same_velocity(robot: Robot, rng: np.random.Genera
     assert solved > 20
 
 
+def test_both_engines_have_the_same_rows(robot: Robot, rng: np.random.Generator) -> None:
+    """Those of the Python engine are held against central differences above."""
+    safety, compared, moving = Safety(safety_distance=0.02, damper_gain=3.0), 0, 0
+    for _ in range(40):
+        obstacles, q, t = some_obstacles(rng, 9, speed=0.5), random_q(robot, rng), float(rng.uniform(0, 2))
+        expected = constraints(robot, kinematics.Kinematics(robot, obstacles).state(q, t), safety, DT)
+        fast = native.Kinematics(robot, obstacles)
+        fast.safe_velocity(TARGETS, Gains(), safety, DT)(q, t)
+        rows, sides = fast.safe.constraints()
+        found, wanted = (
+            np.column_stack([h, G])[np.lexsort(np.round(np.column_stack([h, G]), 6).T[::-1])]
+            for h, G in ((sides, rows), (expected.sides, expected.rows))
+        )
+        np.testing.assert_allclose(found, wanted, atol=1e-6)
+        compared += len(found)
+        moving += len(found) > 0
+    assert compared > 200
+    assert moving > 20
+
+
 def slowed(robot: Robot, velocity: np.ndarray) -> np.ndarray:
     return velocity / max(1.0, (abs(velocity) / robot.velocity_limit).max())
 

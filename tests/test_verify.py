@@ -145,15 +145,9 @@ def test_the_swing_of_an_arm_is_bounded_closely(robot: Robot) -> None:
         assert certificate.min_clearance_obstacles == pytest.approx(gap, abs=2e-3)
 
 
-def test_links_that_fold_into_each_other(robot: Robot) -> None:
+def test_links_that_fold_into_each_other(robot: Robot, folded_q: np.ndarray) -> None:
     """The SRDF's pairs are left out, and no others."""
-    rng = np.random.default_rng(3)
-    kinematics = Kinematics(robot)
-    while True:
-        q = rng.uniform(robot.lower, robot.upper)
-        if kinematics.measure(q).self_clearance.min() < -0.02:
-            break
-    motion = Motion(np.linspace(0.0, 1.0, 20), np.linspace(robot.initial, q, 20))
+    motion = Motion(np.linspace(0.0, 1.0, 20), np.linspace(robot.initial, folded_q, 20))
     certificate = verify(robot, scene_of(), motion)
     assert not certificate.certified
     assert certificate.min_clearance_obstacles is None
