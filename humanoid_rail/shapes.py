@@ -76,3 +76,20 @@ def _convex(vertices: Array) -> coal.ConvexBase:
     points = coal.StdVec_Vec3s()
     points.extend(list(vertices))
     return coal.ConvexBase.convexHull(points, True, "Qt")
+
+
+def _settle_boxes() -> None:
+    """Have coal decide how boxes are measured now, and not by whatever a process happens to measure first.
+
+    Its support function of a box keeps, in a static variable, whether the first direction it was ever asked about had a
+    coordinate that is 0 (coal 3.0.3, `support_functions.cpp`); all distances from boxes depend on that, by 1e-10 of
+    their size. Here the first direction has none.
+    """
+    tilted = coal.Transform3s(pin.rpy.rpyToMatrix(0.4, 0.5, 0.6), np.array([2.0, 3.0, 4.0]))
+    for shape in (coal.Capsule(0.1, 1.0), coal.Box(1.0, 1.0, 1.0)):
+        box, here = coal.Box(1.0, 1.0, 1.0), coal.Transform3s()
+        for a, at_a, b, at_b in ((shape, tilted, box, here), (box, here, shape, tilted)):
+            coal.distance(a, at_a, b, at_b, coal.DistanceRequest(), coal.DistanceResult())
+
+
+_settle_boxes()
