@@ -13,9 +13,10 @@ struct Settings {
   int max_evaluations;  // Evaluations of q_dot after which a motion is called stalled.
   double patience;      // How long a motion may be held by a singularity, s.
   double progress;      // How long the hands may get no nearer, s; of the safe velocity alone.
+  double planning_time;  // How long planning may take, s; of the safe velocity alone.
 };
 
-enum class Status { reached, stalled, time_limit, singular, overrun };
+enum class Status { reached, stalled, time_limit, singular, overrun, out_of_time };
 
 struct Integration {
   Status status;

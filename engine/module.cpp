@@ -16,7 +16,9 @@
 #include <pinocchio/config.hpp>
 
 #include "floor.hpp"
+#include "inverse_kinematics.hpp"
 #include "rollout.hpp"
+#include "validity.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -236,20 +238,22 @@ NB_MODULE(_engine, module) {
       .value("STALLED", Status::stalled)
       .value("TIME_LIMIT", Status::time_limit)
       .value("SINGULAR", Status::singular)
-      .value("OVERRUN", Status::overrun);
+      .value("OVERRUN", Status::overrun)
+      .value("OUT_OF_TIME", Status::out_of_time);
 
   nb::class_<Settings>(module, "Settings", "When a motion ends, and how precisely it is integrated.")
       .def(
           "__init__",
           [](Settings* self, double tolerance, double dt, double max_time, double rtol, double atol,
-             int max_evaluations, double patience, double progress) {
+             int max_evaluations, double patience, double progress, double planning_time) {
             for (double number : {tolerance, dt, max_time, rtol, atol}) {
               if (!(number > 0.0)) throw std::invalid_argument("settings need numbers greater than 0");
             }
-            new (self) Settings{tolerance, dt, max_time, rtol, atol, max_evaluations, patience, progress};
+            new (self) Settings{tolerance, dt, max_time, rtol, atol, max_evaluations, patience, progress,
+                               planning_time};
           },
           nb::kw_only(), "tolerance"_a, "dt"_a, "max_time"_a, "rtol"_a, "atol"_a, "max_evaluations"_a, "patience"_a,
-          "progress"_a);
+          "progress"_a, "planning_time"_a);
 
   nb::class_<Integration>(module, "Integration", "A sampled motion and why it ended.")
       .def_ro("status", &Integration::status)
@@ -374,6 +378,53 @@ NB_MODULE(_engine, module) {
             return std::make_pair(std::move(result.motion), std::move(result.overrun));
           },
           "obstacles"_a, "start"_a, "targets"_a, "gains"_a, "safety"_a, "settings"_a);
+
+  nb::class_<Validity>(module, "Validity", "Whether a robot keeps its distance. Not to be shared between threads.")
+      .def(
+          "__init__",
+          [](Validity* self, std::shared_ptr<const Robot> robot, const Obstacles& obstacles, double distance) {
+            new (self) Validity(std::move(robot), obstacles, distance);
+          },
+          "robot"_a, "obstacles"_a, "distance"_a)
+      .def(
+          "holds_at",
+          [](Validity& self, const Eigen::Ref<const Vector>& q) {
+            check_size("q", q.size(), self.robot().n());
+            check_finite("q", q.transpose());
+            return self.holds_at(q);
+          },
+          "q"_a)
+      .def(
+          "holds_between",
+          [](Validity& self, const Eigen::Ref<const Vector>& a, const Eigen::Ref<const Vector>& b) {
+            check_size("a", a.size(), self.robot().n());
+            check_size("b", b.size(), self.robot().n());
+            check_finite("a", a.transpose());
+            check_finite("b", b.transpose());
+            return self.holds_between(a, b);
+          },
+          "a"_a, "b"_a);
+
+  nb::class_<InverseKinematics>(module, "InverseKinematics",
+                                "Looks for configurations. Not to be shared between threads.")
+      .def(
+          "__init__",
+          [](InverseKinematics* self, std::shared_ptr<const Robot> robot, const Obstacles& obstacles) {
+            new (self) InverseKinematics(std::move(robot), obstacles);
+          },
+          "robot"_a, "obstacles"_a)
+      .def(
+          "solve",
+          [](InverseKinematics& self, const Eigen::Ref<const Vector>& start, const Eigen::Ref<const Vector>& targets,
+             const Eigen::Ref<const Vector>& weights, double distance) {
+            check_size("start", start.size(), self.robot().n());
+            check_finite("start", start.transpose());
+            check_size("targets", targets.size(), self.robot().rows());
+            check_size("weights", weights.size(), self.robot().rows());
+            const Posture found = self.solve(start, targets, weights, distance);
+            return std::make_tuple(found.q, found.error, found.clearance);
+          },
+          "start"_a, "targets"_a, "weights"_a, "distance"_a);
 
   module.def(
       "floor_seconds",

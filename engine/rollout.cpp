@@ -1,6 +1,7 @@
 #include "rollout.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
 #include <boost/math/tools/toms748_solve.hpp>
@@ -116,6 +117,7 @@ Rollout rollout(SafeVelocity& method, const Obstacles& obstacles, const Vector& 
   const GradientProjection& projection = method.projection;
   const Limits& limits = projection.kinematics.robot().limits;
   const bool moving = obstacles.move();
+  const auto began = std::chrono::steady_clock::now();
   Walk walk(method, gains, safety);
   Place here, there;
   Vector q = start, next(start.size());
@@ -225,6 +227,8 @@ Rollout rollout(SafeVelocity& method, const Obstacles& obstacles, const Vector& 
     }
     if (!moving && t - best_t > settings.progress) return finish(Status::stalled);
     if (t > settings.max_time - SHORTEST * settings.dt) return finish(Status::time_limit);
+    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - began;
+    if (taken.count() > settings.planning_time) return finish(Status::out_of_time);
   }
 }
 

@@ -70,10 +70,12 @@ class Status(enum.Enum):
 
     OVERRUN = 4
 
+    OUT_OF_TIME = 5
+
 class Settings:
     """When a motion ends, and how precisely it is integrated."""
 
-    def __init__(self, *, tolerance: float, dt: float, max_time: float, rtol: float, atol: float, max_evaluations: int, patience: float, progress: float) -> None: ...
+    def __init__(self, *, tolerance: float, dt: float, max_time: float, rtol: float, atol: float, max_evaluations: int, patience: float, progress: float, planning_time: float) -> None: ...
 
 class Integration:
     """A sampled motion and why it ended."""
@@ -177,6 +179,22 @@ class SafeVelocity:
     def constraints(self) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')], Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]]: ...
 
     def rollout(self, obstacles: Obstacles, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], targets: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], gains: Gains, safety: Safety, settings: Settings) -> tuple[Integration, Contact | None]: ...
+
+class Validity:
+    """Whether a robot keeps its distance. Not to be shared between threads."""
+
+    def __init__(self, robot: Robot, obstacles: Obstacles, distance: float) -> None: ...
+
+    def holds_at(self, q: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)]) -> bool: ...
+
+    def holds_between(self, a: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], b: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)]) -> bool: ...
+
+class InverseKinematics:
+    """Looks for configurations. Not to be shared between threads."""
+
+    def __init__(self, robot: Robot, obstacles: Obstacles) -> None: ...
+
+    def solve(self, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], targets: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], weights: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], distance: float) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], float, float]: ...
 
 def floor_seconds(robot: Robot, obstacles: Obstacles, configurations: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')], repeats: int) -> float:
     """

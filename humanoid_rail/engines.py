@@ -9,7 +9,7 @@ from functools import cache
 from importlib.util import find_spec
 from typing import Any, NamedTuple
 
-from humanoid_rail import certification, integration, kinematics, rollout
+from humanoid_rail import certification, integration, inverse_kinematics, kinematics, rollout, validity
 from humanoid_rail.certificate import Certificate
 from humanoid_rail.errors import InvalidInput
 from humanoid_rail.integration import Integration
@@ -30,6 +30,10 @@ class Engine(NamedTuple):
     """The `rollout` of the engine, for its own kinematics: the safe velocity."""
     certify: Callable[..., Certificate]
     """The `certify` of the engine."""
+    validity: Callable[..., Any]
+    """The `Validity` of the engine."""
+    inverse_kinematics: Callable[..., Any]
+    """The `InverseKinematics` of the engine."""
 
 
 def get_engine(name: str) -> Engine:
@@ -45,10 +49,26 @@ def get_engine(name: str) -> Engine:
         message = f"the native engine is not there ({reason}); planning in Python, slower. See docs/engine.md"
         warnings.warn(message, RuntimeWarning, stacklevel=3)
     if name == "python" or reason is not None:
-        return Engine("python", kinematics.Kinematics, integration.integrate, rollout.rollout, certification.certify)
+        return Engine(
+            "python",
+            kinematics.Kinematics,
+            integration.integrate,
+            rollout.rollout,
+            certification.certify,
+            validity.Validity,
+            inverse_kinematics.InverseKinematics,
+        )
     from humanoid_rail import native
 
-    return Engine("native", native.Kinematics, native.integrate, native.rollout, native.certify)
+    return Engine(
+        "native",
+        native.Kinematics,
+        native.integrate,
+        native.rollout,
+        native.certify,
+        native.validity,
+        native.InverseKinematics,
+    )
 
 
 @cache

@@ -38,6 +38,8 @@ class Settings:
     """Relative tolerance of the integrator."""
     atol: float
     """Absolute tolerance of the integrator, m and rad."""
+    max_planning_time: float = np.inf
+    """How long a rollout of the safe velocity may take, s."""
 
 
 @dataclass(frozen=True, eq=False)

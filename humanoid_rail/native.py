@@ -22,6 +22,7 @@ from humanoid_rail.certificate import Certificate, Contact
 from humanoid_rail.certification import name_contact
 from humanoid_rail.errors import InvalidInput
 from humanoid_rail.integration import Integration, Settings, explain
+from humanoid_rail.inverse_kinematics import Posture
 from humanoid_rail.kinematics import Clearances, Course, Measurement, State
 from humanoid_rail.limits import Motion
 from humanoid_rail.obstacles import Box, Capsule, HalfSpace, Mesh, Obstacle, Sphere
@@ -47,6 +48,7 @@ _STATUS = {
     _engine.Status.TIME_LIMIT: Status.TIME_LIMIT,
     _engine.Status.SINGULAR: Status.SINGULAR,
     _engine.Status.OVERRUN: Status.OVERRUN,
+    _engine.Status.OUT_OF_TIME: Status.STUCK,
 }
 
 # Robots as the extension has them: frozen too, and shared between threads.
@@ -199,6 +201,22 @@ def certify(robot: Robot, obstacles: tuple[Obstacle, ...], t: Array, q: Array) -
     )
 
 
+def validity(robot: Robot, obstacles: tuple[Obstacle, ...], distance: float) -> _engine.Validity:
+    """Return the :class:`humanoid_rail.validity.Validity` of a robot among obstacles."""
+    return _engine.Validity(native_robot(robot), native_obstacles(obstacles), distance)
+
+
+class InverseKinematics:
+    """A robot among obstacles; see :class:`humanoid_rail.inverse_kinematics.InverseKinematics`."""
+
+    def __init__(self, robot: Robot, obstacles: tuple[Obstacle, ...]) -> None:
+        self._engine = _engine.InverseKinematics(native_robot(robot), native_obstacles(obstacles))
+
+    def solve(self, start: Array, targets: Array, weights: Array, distance: float) -> Posture:
+        """Look, from a configuration, for one near it that reaches."""
+        return Posture(*self._engine.solve(start, targets, weights, distance))
+
+
 def _contact(robot: Robot, obstacles: tuple[Obstacle, ...], found: _engine.Contact | None) -> Contact | None:
     if found is None:
         return None
@@ -215,6 +233,7 @@ def _settings(settings: Settings, K: Array) -> _engine.Settings:
         max_evaluations=integration.MAX_EVALUATIONS,
         patience=integration.PATIENCE / K.min(),
         progress=PROGRESS_TIME / K.min(),
+        planning_time=settings.max_planning_time,
     )
 
 

@@ -8,6 +8,7 @@ samples, and what is proven of it is proven of the very motion that a robot make
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 from enum import Enum
 from functools import partial
@@ -96,6 +97,7 @@ def rollout(
     if left <= settings.tolerance:
         return ended(Status.REACHED)
     best, best_t, singular_since = left, 0.0, np.inf
+    began = time.perf_counter()
     while True:
         t, q = times[-1], places[-1]
         duration = min(settings.dt, settings.max_time - t)
@@ -142,6 +144,8 @@ def rollout(
             return ended(Status.STALLED)
         if times[-1] > settings.max_time - SHORTEST * settings.dt:
             return ended(Status.TIME_LIMIT)
+        if time.perf_counter() - began > settings.max_planning_time:
+            return ended(Status.STUCK)
 
 
 def explain_step(
@@ -161,6 +165,8 @@ def explain_step(
     match status:
         case Status.STALLED:
             return f"{where}: no velocity that keeps clear and within the limits brings the hands nearer"
+        case Status.STUCK:
+            return f"{where}, and the time to plan is over"
         case Status.OVERRUN if contact is not None:
             return f"{where}, and even standing still {contact}"
         case Status.OVERRUN:

@@ -19,6 +19,7 @@ from humanoid_rail.arrays import Array, FrozenArrays, frozen
 from humanoid_rail.certificate import Certificate, Contact
 from humanoid_rail.errors import InvalidInput
 from humanoid_rail.limits import Violation
+from humanoid_rail.search import PathQuality, Search
 
 
 class Status(StrEnum):
@@ -34,6 +35,12 @@ class Status(StrEnum):
     """An arm is stretched so that its hand cannot get nearer to its target; the others may not have arrived."""
     OVERRUN = "overrun"
     """A moving obstacle runs into the robot, and not even standing still avoids it."""
+    TARGET_IN_COLLISION = "target_in_collision"
+    """A hand at its target would touch an obstacle or the other hand, or be nearer than the safety distance."""
+    TARGET_OUT_OF_REACH = "target_out_of_reach"
+    """No configuration within the limits has the hands at their targets, obstacles or not."""
+    STUCK = "stuck"
+    """No way to the targets was found within the time for planning."""
     UNCERTIFIED = "uncertified"
     """The hands are at their targets, but the way there could not be proven free of contact."""
 
@@ -70,6 +77,12 @@ class Trajectory(FrozenArrays):
     """s, of the certificate alone."""
     evaluations: int
     """Number of evaluations of q_dot."""
+    found_by: str
+    """What found the path: the method, or by `auto` `qp`, `straight line` or `rrt-connect`; empty if nothing did."""
+    path: PathQuality
+    """Length and sharpest turn of the path."""
+    search: Search | None
+    """What `auto` did to find it; None for the other methods."""
     joint_names: tuple[str, ...]
     """Columns of q."""
     hand_names: tuple[str, ...]
@@ -143,6 +156,9 @@ class Trajectory(FrozenArrays):
             "planning_time": self.planning_time,
             "certification_time": self.certification_time,
             "evaluations": self.evaluations,
+            "found_by": self.found_by,
+            "path": asdict(self.path),
+            "search": None if self.search is None else asdict(self.search),
             "min_clearance": self.min_clearance,
             "min_clearance_obstacles": self.min_clearance_obstacles,
             "min_clearance_self": self.min_clearance_self,
@@ -240,6 +256,9 @@ def read_trajectory(folder: str | Path) -> Trajectory:
                 planning_time=summary["planning_time"],
                 certification_time=summary["certification_time"],
                 evaluations=summary["evaluations"],
+                found_by=summary["found_by"],
+                path=PathQuality(**summary["path"]),
+                search=_search(summary["search"]),
                 joint_names=tuple(summary["joint_names"]),
                 hand_names=tuple(summary["hand_names"]),
                 scene=summary["scene"],
@@ -258,6 +277,13 @@ def _certificate(summary: Mapping[str, Any]) -> Certificate:
         contact = Contact(**{**contact, "point": tuple(contact["point"])})
     numbers = {name: summary[name] for name in ("min_clearance_obstacles", "min_clearance_self", "clearance_bound")}
     return Certificate(certified=summary["certified"], contact=contact, **numbers)
+
+
+def _search(summary: Mapping[str, Any] | None) -> Search | None:
+    if summary is None:
+        return None
+    raw = summary["raw"]
+    return Search(**{**summary, "raw": None if raw is None else PathQuality(**raw)})
 
 
 def _npz(trajectory: Trajectory) -> bytes:
