@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,15 +15,20 @@ from humanoid_rail.errors import InvalidInput, checked_number
 from humanoid_rail.integration import Settings
 from humanoid_rail.limits import limit_violations, sampled
 from humanoid_rail.obstacles import name_of
+from humanoid_rail.paths import path_quality
 from humanoid_rail.resolution import Gains
 from humanoid_rail.robot import Robot
 from humanoid_rail.rollout import APART
 from humanoid_rail.safety import Safety
 from humanoid_rail.scene import Scene, check_scene
+from humanoid_rail.search import Search
 from humanoid_rail.trajectory import Status, Trajectory
+from humanoid_rail.way_out import find_way, follow
 
-METHODS = ("gradient-projection", "qp")
-"""How q_dot is found; see :func:`plan`."""
+METHODS = ("auto", "qp", "gradient-projection")
+"""How a plan is made; see :func:`plan`."""
+SAFE = ("auto", "qp")
+"""Those that keep clear."""
 MAX_SAMPLES = 1_000_000
 """The most samples that a trajectory may have."""
 
@@ -31,7 +36,7 @@ MAX_SAMPLES = 1_000_000
 def plan(
     robot: Robot,
     scene: Scene,
-    method: str = "gradient-projection",
+    method: str = "auto",
     *,
     engine: str = "native",
     gain: float | Sequence[float] | Array = 1.0,
@@ -46,23 +51,28 @@ def plan(
     rtol: float = 1e-6,
     atol: float = 1e-6,
     far_clearances: bool = False,
+    max_planning_time: float = 10.0,
+    seed: int = 0,
 ) -> Trajectory:
     """Plan a motion of all hands to their targets.
 
     Args:
         robot: The robot.
         scene: Start, targets and obstacles.
-        method: How q_dot is found. `gradient-projection` is eq. 4.9. It neither prevents collisions nor knows limits:
-            the result says what happened (`certified`, `limits_ok`), whatever its status. `qp` is the q_dot closest to
-            it that keeps links clear of obstacles and of each other, and joints within their position and speed limits.
+        method: How the plan is made. `gradient-projection` follows q_dot of eq. 4.9. It neither prevents collisions nor
+            knows limits: the result says what happened (`certified`, `limits_ok`), whatever its status. `qp` follows
+            the q_dot closest to it that keeps links clear of obstacles and of each other, and joints within their
+            position and speed limits. `auto` follows `qp` first and looks for another way where that gets stuck, then
+            makes the path short and smooth and follows it as fast as the speed limits allow; among obstacles that move
+            it is `qp`. See docs/auto.md.
         engine: What computes it: `native` (C++) or `python` (the reference, 40 to 200 times slower). Where the
             native engine was not built, a RuntimeWarning says so and the other one is used.
         gain: Diagonal of K in 1/s: one number for all coordinates of the hands, or one for each.
         c_mu: Gain of the manipulability's gradient, 0 or more.
         c_kappa: Gain of the penalties' gradient, 0 or more.
         epsilon: Activation distance of the penalty in m, 0 or more.
-        safety_distance: `qp` keeps clearances from falling below this, m, 0 or more. A start that is nearer to
-            something is led away from it.
+        safety_distance: `qp` and `auto` keep clearances from falling below this, m, 0 or more. A start that is nearer
+            to something is led away from it.
         damper_gain: Of `qp`, 1/s: clearances fall to the safety distance no faster than exp(-damper_gain t).
         tolerance: The motion ends where the norm of e, all coordinates of all hands together, falls to this, m.
         dt: Time between samples, s. `qp` holds its velocity for so long.
@@ -71,15 +81,18 @@ def plan(
         atol: Absolute tolerance of the integrator, m and rad.
         far_clearances: Whether to measure at each sample also the clearances that are beyond the activation distance.
             If not, they are given as infinite, save the smallest, so that `min_clearance` is right in any case.
+        max_planning_time: How long `auto` may look for a way, s.
+        seed: Of the random numbers of `auto`, from 0 to 2^31 - 1. The same seed gives the same plan, bit for bit,
+            unless the time for planning cuts it off.
 
     Returns:
         The trajectory up to where it got, with a status, a reason and a certificate of what is proven of the motion
-        between its samples; see :func:`verify`. By `qp` a motion whose certificate fails is not `reached`.
+        between its samples; see :func:`verify`. By `qp` and `auto` a motion whose certificate fails is not `reached`.
 
     Raises:
         InvalidInput: If an argument is not valid, the scene is not one for this robot, or the start is outside the
-            position limits or in penetration with an obstacle; for `qp` also if anything touches there, links included,
-            and for other methods if the parameters of `qp` are given.
+            position limits or in penetration with an obstacle; for `qp` and `auto` also if anything touches there,
+            links included, and for other methods if parameters of these are given.
     """
     started = time.perf_counter()
     for name, value, kind in (("robot", robot, Robot), ("scene", scene, Scene)):
@@ -88,7 +101,8 @@ def plan(
     if not isinstance(method, str) or method not in METHODS:
         raise InvalidInput("method", method, f"one of {', '.join(METHODS)}")
     given = {"tolerance": tolerance, "dt": dt, "max_time": max_time, "rtol": rtol, "atol": atol}
-    settings = Settings(**{name: checked_number(name, value, above=0.0) for name, value in given.items()})
+    given = {name: checked_number(name, value, above=0.0) for name, value in given.items()}
+    settings = Settings(**given)
     if max_time / dt > MAX_SAMPLES:
         valid = (
             f"at least {max_time / MAX_SAMPLES:g} s with max_time = {max_time:g} s, for at most {MAX_SAMPLES} samples"
@@ -99,35 +113,45 @@ def plan(
     gains = Gains(gain, c_mu, c_kappa, epsilon)
     gains.diagonal(3 * len(robot.hands))
     safety = Safety(safety_distance, damper_gain)
-    if method != "qp" and safety != Safety():
-        name = "safety_distance" if safety.safety_distance != Safety().safety_distance else "damper_gain"
-        raise InvalidInput(name, getattr(safety, name), f"the default with {method}, which does not use it, or qp")
+    checked_number("max_planning_time", max_planning_time, above=0.0)
+    if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or not 0 <= seed < 2**31:
+        raise InvalidInput("seed", seed, "a whole number from 0 to 2^31 - 1")
+    _check_unused(method, safety, max_planning_time, seed)
     computing = get_engine(engine)
     check_scene(robot, scene)
     kinematics = computing.kinematics(robot, scene.obstacles)
     start = np.array(robot.initial if scene.initial is None else scene.initial, float)
     there = kinematics.measure(start, horizon=0.0)
     # From where anything touches, to coal's precision, no step can be proven.
-    least = APART if method == "qp" else 0.0
+    least = APART if method in SAFE else 0.0
     _check_start(there.clearance, robot, start, scene, least)
-    if method == "qp":
+    if method in SAFE:
         _check_links(there.self_clearance, robot, start, least)
 
     targets = np.array([scene.targets[name] for name in robot.hand_names])
-    if method == "qp":
-        motion = computing.rollout(kinematics, start, targets, gains, safety, settings)
-    else:
+    found_by, search = method, None
+    if method == "gradient-projection":
         motion = computing.integrate(kinematics, start, targets, gains, settings)
+    elif method == "qp" or any(any(obstacle.velocity) for obstacle in scene.obstacles):
+        limited = settings if method == "qp" else replace(settings, max_planning_time=float(max_planning_time))
+        motion = computing.rollout(kinematics, start, targets, gains, safety, limited)
+        found_by = "qp" if method == "qp" or motion.status is Status.REACHED else ""
+    else:
+        limited = replace(settings, max_planning_time=float(max_planning_time))
+        way = find_way(robot, scene, computing, kinematics, start, gains, safety, limited, int(seed))
+        motion, found_by = follow(robot, way, settings), way.found_by
+        raw = None if way.raw is None else path_quality(robot, way.raw)
+        search = Search(int(seed), way.goals, way.searches, way.checks, raw)
     course = kinematics.along(motion.q, np.inf if far_clearances else gains.epsilon, motion.t)
     integrated = time.perf_counter()
     certificate = computing.certify(robot, scene.obstacles, motion.t, motion.q)
     certified = time.perf_counter()
     status, reason = motion.status, motion.reason
-    if method == "qp" and status is Status.REACHED and not certificate.certified:
+    if method in SAFE and status is Status.REACHED and not certificate.certified:
         found = certificate.contact or f"no clearance larger than {certificate.clearance_bound} m could be proven"
         status, reason = Status.UNCERTIFIED, f"{reason}, but {found}"
     nearest = certificate.clearance_bound
-    if method == "qp" and nearest is not None and nearest < safety.safety_distance - RESOLUTION - APART:
+    if method in SAFE and nearest is not None and nearest < safety.safety_distance - RESOLUTION - APART:
         reason += f"; the safety distance of {safety.safety_distance:g} m could not be kept everywhere"
     return Trajectory(
         t=frozen(motion.t),
@@ -143,23 +167,39 @@ def plan(
         planning_time=time.perf_counter() - started,
         certification_time=certified - integrated,
         evaluations=motion.evaluations,
+        found_by=found_by,
+        path=path_quality(robot, motion.q),
+        search=search,
         joint_names=robot.joint_names,
         hand_names=robot.hand_names,
         scene=scene.name,
         method=method,
         engine=computing.name,
         settings={
-            **asdict(settings),
+            **given,
             "gain": gains.diagonal(targets.size).tolist(),
             "c_mu": gains.c_mu,
             "c_kappa": gains.c_kappa,
             "epsilon": gains.epsilon,
             **(
-                {"safety_distance": safety.safety_distance, "damper_gain": safety.damper_gain} if method == "qp" else {}
+                {"safety_distance": safety.safety_distance, "damper_gain": safety.damper_gain} if method in SAFE else {}
             ),
+            **({"max_planning_time": float(max_planning_time), "seed": int(seed)} if method == "auto" else {}),
             "far_clearances": far_clearances,
         },
     )
+
+
+def _check_unused(method: str, safety: Safety, max_planning_time: float, seed: int) -> None:
+    """Check that no parameter is given that the method does not use."""
+    unused: dict[str, tuple[float, float]] = {}
+    if method not in SAFE:
+        unused |= {"safety_distance": (safety.safety_distance, 0.01), "damper_gain": (safety.damper_gain, 1.4)}
+    if method != "auto":
+        unused |= {"max_planning_time": (max_planning_time, 10.0), "seed": (seed, 0)}
+    for name, (value, default) in unused.items():
+        if value != default:
+            raise InvalidInput(name, value, f"the default with {method}, which does not use it")
 
 
 def _check_start(clearance: Array, robot: Robot, start: Array, scene: Scene, least: float) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from pathlib import Path
 from typing import Any
@@ -27,6 +28,7 @@ from humanoid_rail.cli import console, has_display, progress, run
 from humanoid_rail.engines import ENGINES
 from humanoid_rail.planner import METHODS
 from humanoid_rail.scene import is_of_a_scene
+from humanoid_rail.search import PathQuality
 from humanoid_rail.trajectory import check_folder
 from humanoid_rail.viewer import playback_html, show
 
@@ -45,14 +47,16 @@ def numbers(_context: click.Context, _option: click.Parameter, text: str | None)
 @click.command()
 @click.argument("scene_file", metavar="[SCENE]", required=False)
 @click.option("--case", "case", type=int, help="A case of the paper, 1, 2 or 3, instead of SCENE.")
-@click.option("--method", default="gradient-projection", help=f"One of {', '.join(METHODS)}.", show_default=True)
+@click.option("--method", help=f"One of {', '.join(METHODS)}.  [auto; of a case gradient-projection]")
 @click.option("--engine", default="native", help=f"One of {', '.join(ENGINES)}.", show_default=True)
 @click.option("--epsilon", type=float, help="Activation distance of the obstacle penalty, m  [1.0]")
 @click.option("--c-mu", type=float, help="Gain of the manipulability's gradient  [1.0]")
 @click.option("--c-kappa", type=float, help="Gain of the obstacle penalty's gradient  [1.0]")
 @click.option("--gain", callback=numbers, help="K in 1/s: a number, or six separated by commas  [1.0]")
-@click.option("--safety-distance", type=float, help="Clearance that qp keeps, m  [0.01]")
+@click.option("--safety-distance", type=float, help="Clearance that qp and auto keep, m  [0.01]")
 @click.option("--damper-gain", type=float, help="How fast qp lets clearances fall to it, 1/s  [1.4]")
+@click.option("--max-planning-time", type=float, help="How long auto may look for a way, s  [10]")
+@click.option("--seed", type=int, help="Of the random numbers of auto  [0]")
 @click.option("--dt", type=float, help="Time between samples, s  [0.01]")
 @click.option("--tolerance", type=float, help="Norm of the hands' error that ends the motion, m  [0.01]")
 @click.option("--max-time", type=float, help="Longest motion, s  [60]")
@@ -65,7 +69,6 @@ def main(
     out: str | None,
     view: bool | None,
     link_radius: float | None,
-    method: str,
     **settings: Any,
 ) -> int:
     """Plan a motion of both hands to the targets of SCENE (YAML or JSON; without one, scenes/paper.yaml).
@@ -81,9 +84,7 @@ def main(
     scene = load_scene(scene_file) if scene_file is not None else paper_scene()
     try:
         with progress("planning"):
-            trajectory = (
-                plan(robot, scene, method, **given) if case is None else plan_case(robot, case, method, **given)
-            )
+            trajectory = plan(robot, scene, **given) if case is None else plan_case(robot, case, **given)
     except InvalidInput as error:
         if is_of_a_scene(error):
             error.source = scene_file  # the scene is sound in itself but not one for this robot
@@ -105,7 +106,7 @@ def report(title: str, trajectory: Trajectory) -> None:
     table.add_row("status", f"{trajectory.status}: {trajectory.reason}")
     table.add_row("duration", f"{trajectory.duration:.4f} s")
     certificate = trajectory.certificate
-    table.add_row("method", trajectory.method)
+    table.add_row("method", trajectory.method + _found_by(trajectory))
     table.add_row("certified", _certified(certificate, trajectory.duration))
     table.add_row("collision-free", f"{_yes(trajectory.collision_free)}, at the samples")
     table.add_row("least clearance", _clearance(clearance, "no obstacles"))
@@ -116,6 +117,7 @@ def report(title: str, trajectory: Trajectory) -> None:
     if trajectory.limits_ok:
         table.add_row("within limits", "yes")
     table.add_row("manipulability", f"{trajectory.manipulability[0]:.3f} to {trajectory.manipulability[-1]:.3f}")
+    table.add_row("path", _path(trajectory))
     table.add_row(
         "planning",
         f"{1e3 * trajectory.planning_time:.1f} ms ({trajectory.engine}), {trajectory.evaluations} evaluations of q_dot",
@@ -148,6 +150,20 @@ def _certified(certificate: Certificate, end: float) -> str:
         return "NO: it could not be shown to be free of contact"
     nothing = "yes: there is nothing to touch"
     return nothing if bound is None else f"yes: no clearance below {bound:.4f} m until t = {end:.4g} s"
+
+
+def _found_by(trajectory: Trajectory) -> str:
+    return f": found by {trajectory.found_by}" if trajectory.search and trajectory.found_by else ""
+
+
+def _path(trajectory: Trajectory) -> str:
+    """Say how long the path is and how sharply it turns, and what it was before it was smoothed."""
+
+    def said(path: PathQuality) -> str:
+        return f"{path.length:.3g} s at the speed limits, sharpest turn {math.degrees(path.sharpest_turn):.3g} deg"
+
+    raw = trajectory.search.raw if trajectory.search else None
+    return said(trajectory.path) + (f" (as it was sampled: {said(raw)})" if raw else "")
 
 
 def _clearance(clearance: float | None, nothing: str) -> str:

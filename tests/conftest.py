@@ -5,7 +5,6 @@ from __future__ import annotations
 import shutil
 import sys
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -58,13 +57,17 @@ def Kinematics(engine: str) -> type:
 
 
 class Plan(Protocol):
-    def __call__(self, robot: Robot, scene: Scene, **arguments: Any) -> Trajectory: ...
+    def __call__(self, robot: Robot, scene: Scene, method: str = ..., **arguments: Any) -> Trajectory: ...
 
 
 @pytest.fixture(scope="session")
 def plan(engine: str) -> Plan:
-    """`humanoid_rail.plan` with each engine."""
-    return partial(humanoid_rail.plan, engine=engine)
+    """`humanoid_rail.plan` with each engine, by the paper's method unless another is asked for."""
+
+    def plan(robot: Robot, scene: Scene, method: str = "gradient-projection", **arguments: Any) -> Trajectory:
+        return humanoid_rail.plan(robot, scene, method, **{"engine": engine, **arguments})
+
+    return plan
 
 
 def random_q(robot: Robot, rng: np.random.Generator) -> np.ndarray:

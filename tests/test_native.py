@@ -106,7 +106,7 @@ def test_q_dot_agrees_next_to_singularities(
     """Stretched out towards a target out of reach, where the pseudo-inverse is damped; and an arm by itself."""
     fast, reference = native.Kinematics(robot, scene.obstacles), kinematics.Kinematics(robot, scene.obstacles)
     away = scene.model_copy(update={"targets": {"left": (-2.0, 2.0, 9.0), "right": (-2.0, 4.0, 4.0)}})
-    stretched = plan(robot, away, dt=0.1).q[-20:]
+    stretched = plan(robot, away, "gradient-projection", dt=0.1).q[-20:]
     arm = np.array([random_q(robot, rng) for _ in range(20)])
     arm[:, 4:8] = [0.3, np.pi / 2, 0.4, stretch]
     smallest = []
@@ -155,8 +155,8 @@ def test_the_nearest_obstacle_is_measured_however_far(robot: Robot, engine: str,
 
 
 def test_far_clearances_are_measured_only_when_asked_for(robot: Robot, scene: Scene, engine: str) -> None:
-    near = plan(robot, scene, engine=engine, epsilon=0.6, dt=0.1)
-    everything = plan(robot, scene, engine=engine, epsilon=0.6, dt=0.1, far_clearances=True)
+    near = plan(robot, scene, "gradient-projection", engine=engine, epsilon=0.6, dt=0.1)
+    everything = plan(robot, scene, "gradient-projection", engine=engine, epsilon=0.6, dt=0.1, far_clearances=True)
     np.testing.assert_array_equal(near.q, everything.q)
     assert np.isfinite(everything.clearance).all()
     assert near.min_clearance == everything.min_clearance
@@ -171,7 +171,10 @@ def test_far_clearances_are_measured_only_when_asked_for(robot: Robot, scene: Sc
 def test_trajectories_agree_to_the_integrators_tolerance(robot: Robot, family: str) -> None:
     scene = load_scene(min((ROOT / "scenes" / "dev").glob(f"{family}-*.json")))
     tight = {"rtol": 1e-9, "atol": 1e-9, "max_time": 1.0, "dt": 0.05}
-    a, b = plan(robot, scene, **tight), plan(robot, scene, engine="python", **tight)
+    a, b = (
+        plan(robot, scene, "gradient-projection", **tight),
+        plan(robot, scene, "gradient-projection", engine="python", **tight),
+    )
     assert (a.engine, b.engine) == ("native", "python")
     assert a.status is b.status
     np.testing.assert_allclose(a.q, b.q, atol=1e-5)
@@ -215,9 +218,9 @@ def test_limits_may_be_infinite(scene: Scene) -> None:
     model = robot.model.copy()
     model.velocityLimit[:] = np.inf
     model.effortLimit[:] = np.inf
-    trajectory = plan(replace(robot, model=model), scene, dt=0.1)
+    trajectory = plan(replace(robot, model=model), scene, "gradient-projection", dt=0.1)
     assert trajectory.engine == "native"
-    np.testing.assert_array_equal(trajectory.q, plan(robot, scene, dt=0.1).q)
+    np.testing.assert_array_equal(trajectory.q, plan(robot, scene, "gradient-projection", dt=0.1).q)
 
 
 @pytest.mark.parametrize("q", [np.zeros(11), np.zeros(13), np.zeros((2, 12)), np.zeros(0)])
@@ -292,7 +295,7 @@ def test_kinematics_leave_no_memory_behind(robot: Robot, rng: np.random.Generato
 
 def test_threads_plan_at_once(robot: Robot, scene: Scene) -> None:
     """The interpreter goes on while the engine integrates, and threads get the same results."""
-    expected = plan(robot, scene)
+    expected = plan(robot, scene, "gradient-projection")
     ticks, done = [], threading.Event()
 
     def tick() -> None:
@@ -313,7 +316,9 @@ def test_threads_plan_at_once(robot: Robot, scene: Scene) -> None:
     assert len(within) > 0.1 * (ended - started) / 1e-3 / 2, (len(within), ended - started)
 
     results: list[np.ndarray] = []
-    threads = [threading.Thread(target=lambda: results.append(plan(robot, scene).q)) for _ in range(8)]
+    threads = [
+        threading.Thread(target=lambda: results.append(plan(robot, scene, "gradient-projection").q)) for _ in range(8)
+    ]
     for thread in threads:
         thread.start()
     for thread in threads:

@@ -17,7 +17,7 @@ FILES = {"trajectory.npz", "trajectory.csv", "summary.json"}
 
 @pytest.fixture(scope="module")
 def trajectory(robot: Robot, scene: Scene) -> Trajectory:
-    return plan(robot, scene, dt=0.05)
+    return plan(robot, scene, "gradient-projection", dt=0.05)
 
 
 def test_what_is_written_is_read_back(trajectory: Trajectory, tmp_path: Path) -> None:

@@ -293,7 +293,7 @@ def test_a_contact_between_samples_is_among_the_closest(robot: Robot, scene: Sce
     hand = plan_case(robot, 3).hands[:, 0]
     between = tuple((hand[0] + 0.12 * (hand[-1] - hand[0])).tolist())
     scene = scene.model_copy(update={"obstacles": (Sphere(center=between, radius=0.1),)})
-    trajectory = plan(robot, scene, c_kappa=0.0, dt=1.0)
+    trajectory = plan(robot, scene, "gradient-projection", c_kappa=0.0, dt=1.0)
     assert trajectory.collision_free
     assert trajectory.certificate.contact is not None
     pairs = closest_pairs(robot, scene, trajectory, trajectory.t)
