@@ -33,19 +33,25 @@ from humanoid_rail.cli import console, print_table, progress, progress_bar, run
 from humanoid_rail.engines import ENGINES, get_engine
 from humanoid_rail.errors import MISSING
 from humanoid_rail.limits import limit_violations, sampled
+from humanoid_rail.paths import path_quality
 from humanoid_rail.planner import METHODS
 from humanoid_rail.rollout import PROGRESS_TIME
 from humanoid_rail.safety import Safety
 from humanoid_rail.scene import check_scene, is_of_a_scene
+from humanoid_rail.search import PathQuality
 from humanoid_rail.trajectory import check_folder
 
 PINK = "pink"
 """The method of `pink_baseline.py`."""
+RRT_CONNECT = "ik + rrt-connect"
+"""The method of `rrt_connect_baseline.py`."""
+EVERY = (*METHODS, PINK, RRT_CONNECT)
+"""All methods."""
 SUFFIXES = (".json", ".yaml", ".yml")
 """Of scene files."""
 PICTURES = (".png", ".svg")
 """Suffixes of the figure."""
-WIDTH = 165
+WIDTH = 200
 """Of the table where there is no terminal, whose width it has to keep to, in characters."""
 ALL = "all"
 """What the families together are called."""
@@ -64,7 +70,10 @@ COLUMNS = (
     "median [ms]",
     "95 % [ms]",
     "least clearance [m]",
-    "path [q / speed limit, s]",
+    "path [s]",
+    "turn [deg]",
+    "sampled [s]",
+    "turn [deg]",
 )
 
 
@@ -90,7 +99,13 @@ class Outcome:
     duration: float
     """T, s."""
     path_length: float
-    """Sum over the samples of the norm of dq / velocity_limit, s: at the speed limits the path takes no longer."""
+    """Sum over the samples of the norm of dq / speed limit, s: at the speed limits no path takes less."""
+    sharpest_turn: float
+    """The largest angle between two steps that follow each other, rad."""
+    sampled_length: float | None
+    """Of the path as a sampling planner found it first, s; None if none did."""
+    sampled_turn: float | None
+    """Of that, rad."""
     min_clearance_obstacles: float | None
     """m; None without obstacles."""
     min_clearance_self: float | None
@@ -131,6 +146,12 @@ class Row:
     """Smallest of all motions, m."""
     path_length: float | None
     """Median of those that reached their targets, s."""
+    sharpest_turn: float | None
+    """The largest of those, rad."""
+    sampled_length: float | None
+    """Median of those that were sampled, as the sampling planner found them first, s."""
+    sampled_turn: float | None
+    """The largest of those, rad."""
 
 
 @dataclass(frozen=True)
@@ -157,6 +178,8 @@ class Motion(NamedTuple):
     violations: tuple[Violation, ...]
     planning_time: float
     """s, the certificate included."""
+    sampled: PathQuality | None = None
+    """The path as a sampling planner found it first."""
 
 
 Planner = Callable[[Robot, Scene], Motion]
@@ -164,7 +187,7 @@ Planner = Callable[[Robot, Scene], Motion]
 
 @click.command()
 @click.argument("folder", metavar="DIR")
-@click.option("--method", "methods", multiple=True, help=f"One of {', '.join(METHODS)}, {PINK}; again for more.")
+@click.option("--method", "methods", multiple=True, help=f"One of {', '.join(EVERY)}; again for more.")
 @click.option("--family", "wanted", multiple=True, help="Only the scenes of this family, `shelf` say; again for more.")
 @click.option("--engine", default="native", help=f"One of {', '.join(ENGINES)}.", show_default=True)
 @click.option("--json", "json_file", type=click.Path(dir_okay=False, path_type=Path), help="File for the figures.")
@@ -183,10 +206,12 @@ def main(
 
     The family is a scene's name up to its number: shelf-900000 is one of `shelf`. The times, median and 95th percentile
     over all scenes, are of planning and certifying. The least clearance is from obstacles or between links. The path is
-    the median length of those that reached their targets, in joint coordinates, each divided by its speed limit.
+    the median length of those that reached their targets, in joint coordinates, each divided by its speed limit, and
+    the turn the sharpest of them between two samples; then the same of the paths as sampling planners found them first.
 
     Without --method each of the planner's is tried. `pink` (extra `compare`) is Pink with limits of position and speed
     and with barriers for all that `qp` keeps clear of; it plans nothing by itself, so its motion is rolled out.
+    `ik + rrt-connect` is what a textbook makes of inverse kinematics and OMPL.
     """
     engine = get_engine(engine).name  # where the native engine was not built, a warning says so once
     planners = {method: make_planner(method, engine) for method in dict.fromkeys(methods or METHODS)}
@@ -225,8 +250,10 @@ def make_planner(method: str, engine: str) -> Planner:
         if find_spec("pink") is None:
             raise InvalidInput("method", method, "an installed one; for Pink: pip install 'humanoid_rail[compare]'")
         return partial(plan_by_pink, engine=engine)
-    if method not in METHODS:
-        raise InvalidInput("method", method, f"one of {', '.join(METHODS)}, {PINK}")
+    if method not in EVERY:
+        raise InvalidInput("method", method, f"one of {', '.join(EVERY)}")
+    if method == RRT_CONNECT:
+        return partial(plan_by_rrt_connect, engine=engine)
     return partial(plan_by_planner, method=method, engine=engine)
 
 
@@ -314,7 +341,14 @@ def plan_by_planner(robot: Robot, scene: Scene, method: str, engine: str) -> Mot
     """Plan by a method of this package."""
     found = plan(robot, scene, method, engine=engine)
     return Motion(
-        found.t, found.q, found.status, found.reason, found.certificate, found.violations, found.planning_time
+        found.t,
+        found.q,
+        found.status,
+        found.reason,
+        found.certificate,
+        found.violations,
+        found.planning_time,
+        found.search.raw if found.search else None,
     )
 
 
@@ -330,9 +364,21 @@ def plan_by_pink(robot: Robot, scene: Scene, engine: str) -> Motion:
     return Motion(found.t, found.q, found.status, found.reason, certificate, violations, planning_time)
 
 
+def plan_by_rrt_connect(robot: Robot, scene: Scene, engine: str) -> Motion:
+    """Plan by inverse kinematics and RRT-Connect as they come."""
+    from rrt_connect_baseline import plan_by_rrt_connect
+
+    started = time.perf_counter()
+    found = plan_by_rrt_connect(robot, scene, get_engine(engine))
+    certificate = verify(robot, scene, found, engine=engine)
+    violations = limit_violations(robot, sampled(found.t, found.q))
+    planning_time = time.perf_counter() - started
+    return Motion(found.t, found.q, found.status, found.reason, certificate, violations, planning_time, found.sampled)
+
+
 def judge(robot: Robot, scene: Scene, method: str, motion: Motion) -> Outcome:
     """Return what came of a scene."""
-    certificate = motion.certificate
+    certificate, path = motion.certificate, path_quality(robot, motion.q)
     return Outcome(
         scene=scene.name,
         family=family_of(scene),
@@ -344,15 +390,13 @@ def judge(robot: Robot, scene: Scene, method: str, motion: Motion) -> Outcome:
         excess=max((abs(violation.value - violation.limit) for violation in motion.violations), default=0.0),
         planning_time=motion.planning_time,
         duration=float(motion.t[-1]),
-        path_length=path_length(robot, motion.q),
+        path_length=path.length,
+        sharpest_turn=path.sharpest_turn,
+        sampled_length=motion.sampled.length if motion.sampled else None,
+        sampled_turn=motion.sampled.sharpest_turn if motion.sampled else None,
         min_clearance_obstacles=certificate.min_clearance_obstacles,
         min_clearance_self=certificate.min_clearance_self,
     )
-
-
-def path_length(robot: Robot, q: Array) -> float:
-    """Return the length of a path (N, n) in joint coordinates, each divided by its speed limit, s."""
-    return float(np.linalg.norm(np.diff(q, axis=0) / robot.velocity_limit, axis=1).sum())
 
 
 def make_rows(outcomes: Sequence[Outcome]) -> list[Row]:
@@ -373,6 +417,7 @@ def make_row(family: str, method: str, outcomes: Sequence[Outcome]) -> Row:
     """Return what came of some scenes by one method."""
     median, p95 = np.quantile([o.planning_time for o in outcomes], [0.5, 0.95])
     lengths = [o.path_length for o in outcomes if o.reached]
+    before = [o.sampled_length for o in outcomes if o.sampled_length is not None]
     return Row(
         family=family,
         method=method,
@@ -388,6 +433,9 @@ def make_row(family: str, method: str, outcomes: Sequence[Outcome]) -> Row:
         min_clearance_obstacles=least(o.min_clearance_obstacles for o in outcomes),
         min_clearance_self=least(o.min_clearance_self for o in outcomes),
         path_length=float(np.median(lengths)) if lengths else None,
+        sharpest_turn=max((o.sharpest_turn for o in outcomes if o.reached), default=None),
+        sampled_length=float(np.median(before)) if before else None,
+        sampled_turn=max((o.sampled_turn for o in outcomes if o.sampled_turn is not None), default=None),
     )
 
 
@@ -406,8 +454,15 @@ def cells(row: Row) -> Sequence[str]:
         *(str(count) for count in (row.certified, row.reached_and_certified, row.touched, row.beyond_limits)),
         *(f"{1e3 * seconds:.{0 if seconds >= 0.1 else 1}f}" for seconds in (row.median_time, row.p95_time)),
         "" if clearance is None else f"{clearance:.4f}",
-        "" if row.path_length is None else f"{row.path_length:.2f}",
+        *(_said(row.path_length, row.sharpest_turn)),
+        *(_said(row.sampled_length, row.sampled_turn)),
     ]
+
+
+def _said(length: float | None, turn: float | None) -> tuple[str, str]:
+    if length is None or turn is None:
+        return "", ""
+    return f"{length:.2f}", f"{np.rad2deg(turn):.0f}"
 
 
 def save_figure(outcomes: Sequence[Outcome], file: Path) -> None:

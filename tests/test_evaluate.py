@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 from conftest import ROOT
 
-from humanoid_rail import Box, Robot, Scene, load_scene, plan
+from humanoid_rail import Box, Certificate, Robot, Scene, load_scene, plan
+from humanoid_rail.planner import METHODS
 
 DEV = ROOT / "scenes" / "dev"
 NAMES = ("dense-240000", "dense-240009", "sparse-80000")
@@ -61,7 +62,7 @@ def test_one_command_prints_a_table_and_writes_json_and_markdown_and_a_picture(
 
     report = json.loads((tmp_path / "made" / "e.json").read_text())
     assert [(o["scene"], o["method"]) for o in report["outcomes"]] == [
-        (name, method) for name in NAMES for method in ("gradient-projection", "qp")
+        (name, method) for name in NAMES for method in METHODS
     ]
     for outcome in report["outcomes"]:
         found = plan(robot, load_scene(folder / f"{outcome['scene']}.json"), outcome["method"], engine=report["engine"])
@@ -74,7 +75,7 @@ def test_one_command_prints_a_table_and_writes_json_and_markdown_and_a_picture(
         assert outcome["planning_time"] > 0
         assert (outcome["excess"] > 0) == (not found.limits_ok)
     rows = rows_of(report)
-    assert list(rows) == [(f, m) for f in ("dense", "sparse", "all") for m in ("gradient-projection", "qp")]
+    assert list(rows) == [(f, m) for f in ("dense", "sparse", "all") for m in METHODS]
     for (family, method), row in rows.items():
         mine = [o for o in report["outcomes"] if o["method"] == method and family in (o["family"], "all")]
         assert row["scenes"] == len(mine)
@@ -101,7 +102,7 @@ def test_families_and_methods_are_selected(folder: Path, tmp_path: Path) -> None
     ("options", "said"),
     [
         (["--family", "shelf"], "family is 'shelf'; valid: one of dense, sparse"),
-        (["--method", "rrt"], "method is 'rrt'; valid: one of gradient-projection, qp, pink"),
+        (["--method", "rrt"], "method is 'rrt'; valid: one of auto, qp, gradient-projection, pink, ik + rrt-connect"),
         (["--engine", "steam"], "engine is 'steam'"),
         (["--figure", "figure.pdf"], "valid: a file name that ends in .png or .svg"),
         (["--json", "/dev/null/e.json"], "out is '/dev/null'"),
@@ -152,7 +153,20 @@ def test_a_start_in_contact_is_a_result(robot: Robot, scene: Scene) -> None:
 
 def test_the_path_is_as_long_as_it_takes_at_the_speed_limits(robot: Robot) -> None:
     q = robot.initial + np.outer([0.0, 1.0, 3.0, 2.0], np.eye(robot.n)[0] * robot.velocity_limit[0])
-    assert evaluate.path_length(robot, q) == pytest.approx(4.0)
+    motion = evaluate.Motion(np.arange(4.0), q, "reached", "", Certificate(True, None, None, None, None), (), 0.0)
+    outcome = evaluate.judge(robot, load_scene(DEV / "sparse-80000.json"), "any", motion)
+    assert outcome.path_length == pytest.approx(4.0)
+    assert outcome.sharpest_turn == pytest.approx(np.pi)
+    assert outcome.sampled_length is None
+
+
+def test_the_textbooks_planner_is_judged_like_this_one(robot: Robot) -> None:
+    scene = load_scene(DEV / "sparse-80000.json")
+    planner = evaluate.make_planner(evaluate.RRT_CONNECT, "native")
+    outcome = evaluate.judge(robot, scene, evaluate.RRT_CONNECT, evaluate.attempt(planner, robot, scene))
+    assert outcome.reached
+    assert outcome.excess <= 1e-6
+    assert outcome.sampled_length > outcome.path_length > plan(robot, scene).path.length
 
 
 def test_pink_is_judged_like_the_planner(robot: Robot) -> None:
