@@ -6,6 +6,7 @@ configuration reaches. Both are told apart before a way is looked for.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator
 from itertools import combinations, islice
 
@@ -87,7 +88,13 @@ def blocked_target(robot: Robot, scene: Scene, distance: float, tolerance: float
 
 
 def out_of_reach(
-    robot: Robot, targets: Array, start: Array, computing: Engine, random: np.random.Generator, tolerance: float
+    robot: Robot,
+    targets: Array,
+    start: Array,
+    computing: Engine,
+    random: np.random.Generator,
+    tolerance: float,
+    deadline: float = np.inf,
 ) -> str | None:
     """Return by how much targets are out of reach, and for which hand; None if they are not.
 
@@ -98,6 +105,7 @@ def out_of_reach(
         computing: The engine.
         random: For where else to look.
         tolerance: How far |e| may stay from 0, m.
+        deadline: When to stop looking, on the clock of `time.perf_counter`, s; then targets count as in reach.
     """
     solver, kinematics = computing.inverse_kinematics(robot, ()), computing.kinematics(robot, ())
 
@@ -120,6 +128,8 @@ def out_of_reach(
             )
             if best.error <= tolerance:
                 return float(best.error)
+            if time.perf_counter() > deadline:
+                return 0.0
         # Inverse kinematics is made for errors that vanish; from where it ends this finds the smallest.
         found = least_squares(error, best.q, slope, bounds=(robot.lower, robot.upper), args=(rows,))
         return min(float(best.error), float(np.sqrt(2.0 * found.cost)))

@@ -54,10 +54,12 @@ FIRST_MARGIN, MARGIN_GROWTH = 0.6, 1.25
 """How far the box of the first search reaches beyond start and goals, s, and how many times as far that of the next."""
 GOOD = 1.05
 """A way is short enough if it is no longer than this, in units of the distance to the nearest goal."""
-EFFORT_AFTER_QP = 200
+EFFORT_AFTER_QP = 250
 """Checks spent on a shorter way than that of the safe velocity."""
 EFFORT, LEAST_EFFORT, MOST_EFFORT = 10.0, 1500, 8000
 """Checks spent on a shorter way than the first that was sampled: as many times what that one took, within bounds."""
+RESERVE = 0.03
+"""The share of the time for planning that is left for what follows a search."""
 FEW = 50
 """It is not worth while to start a search with fewer checks."""
 QP, STRAIGHT, RRT_CONNECT = "qp", "straight line", "rrt-connect"
@@ -112,12 +114,13 @@ def find_way(
         settings: When a motion ends, and how long planning may take.
         seed: Of the random numbers.
     """
-    deadline = time.perf_counter() + settings.max_planning_time
+    searching = (1.0 - RESERVE) * settings.max_planning_time
+    deadline = time.perf_counter() + searching
     targets = np.array([scene.targets[name] for name in robot.hand_names])
     random = np.random.default_rng(seed)
     # A whole number of steps, so that the motion has the same corners when it is sampled.
     steps = max(1, int(STEP / gains.diagonal(targets.size).max() / settings.dt))
-    coarse = replace(settings, dt=steps * settings.dt)
+    coarse = replace(settings, dt=steps * settings.dt, max_planning_time=searching)
     motion = computing.rollout(kinematics, start, targets, gains, safety, coarse)
     arrived = motion.status is Status.REACHED
     if arrived and len(motion.q) == 1:
@@ -128,7 +131,7 @@ def find_way(
         fault = blocked_target(robot, scene, safety.safety_distance, settings.tolerance)
         if fault is not None:
             return Way(Status.TARGET_IN_COLLISION, _partly(fault, left), motion.q, motion.evaluations, motion.t)
-        fault = out_of_reach(robot, targets, start, computing, random, settings.tolerance)
+        fault = out_of_reach(robot, targets, start, computing, random, settings.tolerance, deadline)
         if fault is not None:
             return Way(Status.TARGET_OUT_OF_REACH, _partly(fault, left), motion.q, motion.evaluations, motion.t)
 
@@ -286,6 +289,9 @@ class _Search:
         kept = [*nearest[:1], *sorted(nearest[1:], key=objective, reverse=True)[: GOALS - 1]]
         pulled = (pull(self.robot, q, self.start, self.solve, self.distance) for q in kept)
         self.goals = sorted(pulled, key=self.from_start)
+        if not self.goals and self.best is not None:
+            self.goals = [self.best[-1]]
+        self.known = len(self.goals)
 
     def go_straight(self) -> None:
         """Look for a straight way to a goal."""
@@ -297,12 +303,10 @@ class _Search:
 
     def sample(self) -> None:
         """Look for ways by sampling until there is one, and for shorter ones while that may pay."""
-        if not self.goals:
-            return
         margin, most, effort = FIRST_MARGIN, float(FIRST_CHECKS), float(EFFORT_AFTER_QP)
         goals, others = self.goals, list[Array]()
         shortened = self.best is None or len(self.best) == 2
-        while not self.is_over():
+        while self.goals and not self.is_over():
             left = np.inf
             if self.best is not None:
                 left = effort - self.checks
@@ -325,16 +329,20 @@ class _Search:
                 elif self.best is None:
                     # Perhaps these goals are where nothing leads to: others are tried, then all, and so on.
                     if self.searches % 2:
-                        goals = self.find_goals(SEEDS, MORE_SEEDS) or self.goals
-                        others += goals
+                        found = self.find_goals(SEEDS, MORE_SEEDS)
+                        others += found
+                        goals = found or self.goals
                     else:
                         goals = [*self.goals, *others]
                     margin, most = margin * MARGIN_GROWTH, most * GROWTH
-            self.checks += sampler.checks
+            # A search that ends at once has to end too.
+            self.checks += max(1, sampler.checks)
         self.known = len(self.goals) + len(others)
 
     def explain(self, max_planning_time: float) -> str:
         """Say why there is no way."""
+        if not self.goals and self.is_over():
+            return f"{max_planning_time:g} s did not suffice to find a configuration at the targets, let alone a way"
         if not self.goals:
             what = f"no configuration at the targets that keeps {self.distance:.3g} m from everything"
             return f"{what} was found by inverse kinematics from {self.tried} starts"
