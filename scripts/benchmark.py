@@ -42,6 +42,8 @@ from humanoid_rail.resolution import gradient_projection
 Works = Mapping[str, Callable[[], float]]
 """Things to measure, by name: each returns how long one of its units took, s."""
 
+METHOD = "gradient-projection"
+"""What is measured unless something else is said."""
 CASE = {**SETTINGS, **CASES[3], "far_clearances": False}
 COUNTS = (10, 100, 1000, 2000)
 """Numbers of spheres."""
@@ -199,7 +201,7 @@ def measure_plan(repeats: int, pink: bool) -> Iterator[Figure | Ratio]:
     gains = Gains(CASE["gain"], CASE["c_mu"], CASE["c_kappa"], CASE["epsilon"])
     settings = Settings(**{name: CASE[name] for name in ("tolerance", "dt", "max_time", "rtol", "atol")})
 
-    found = plan(robot, scene, **CASE)
+    found = plan(robot, scene, METHOD, **CASE)
 
     def integrated() -> object:
         return native.integrate(fast, robot.initial, targets, gains, settings)
@@ -207,9 +209,9 @@ def measure_plan(repeats: int, pink: bool) -> Iterator[Figure | Ratio]:
     works = {
         "integrated": lambda: repeated(integrated),
         "certified": lambda: repeated(lambda: verify(robot, scene, found)),
-        "planned, with samples and certificate": lambda: repeated(lambda: plan(robot, scene, **CASE)),
+        "planned, with samples and certificate": lambda: repeated(lambda: plan(robot, scene, METHOD, **CASE)),
         "planned by qp": lambda: repeated(lambda: plan(robot, scene, "qp", **CASE)),
-        "planned by the Python engine": lambda: once(lambda: plan(robot, scene, engine="python", **CASE)),
+        "planned by the Python engine": lambda: once(lambda: plan(robot, scene, METHOD, engine="python", **CASE)),
     }
     if pink:
         from pink_baseline import Pink
@@ -268,10 +270,10 @@ def measure_batch(repeats: int, plans: int) -> Iterator[Figure | Ratio]:
     """Measure plan_many on one process, this one, and on two others that are warm."""
     robot = load_robot()
     scenes = picks(robot, plans)
-    plan_many(robot, scenes[: min(plans, 64)], n_jobs=2, progress=False)
+    plan_many(robot, scenes[: min(plans, 64)], n_jobs=2, progress=False, method=METHOD)
 
     def on(processes: int) -> float:
-        return once(lambda: plan_many(robot, scenes, n_jobs=processes, progress=False)) / plans
+        return once(lambda: plan_many(robot, scenes, n_jobs=processes, progress=False, method=METHOD)) / plans
 
     works = {"1 process": partial(on, 1), "2 processes": partial(on, 2)}
     times = interleaved(works, repeats)
