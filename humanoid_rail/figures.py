@@ -18,7 +18,7 @@ from humanoid_rail.scene import Scene
 from humanoid_rail.trajectory import Trajectory
 
 TORSO, HANDS, OBSTACLE = "#3b4252", ("#1f70cc", "#e86b1a"), "#d6453d"
-LINES = ("#1f70cc", "#e86b1a", "#2e9e5b", "#8e44ad")
+LINES = ("#1f70cc", "#e86b1a", "#2e9e5b", "#8e44ad", "#5b6470")
 
 
 def motion_figure(robot: Robot, scene: Scene, trajectory: Trajectory, title: str) -> Figure:
@@ -132,7 +132,8 @@ def planning_time_figure(families: Mapping[str, Mapping[str, Sequence[float]]]) 
         axes.yaxis.set_major_formatter(PercentFormatter(1.0))
         axes.tick_params(labelsize=8)
         axes.grid(alpha=0.3)
-        axes.legend(frameon=False, fontsize=8)
+    handles, labels = grid.flat[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), frameon=False, fontsize=8)
     for axes in grid.flat[len(families) :]:
         axes.set_visible(False)
     figure.supxlabel("planning time, certificate included [ms]", fontsize=10)
@@ -144,10 +145,9 @@ def _share_within(axes: Any, method: str, times: Array, end: float, colour: str)
     """Draw which share of times (N,) lies within a time, with a dot at the last of them and a thin line from there."""
     planned = np.sort(times[np.isfinite(times)])
     share = np.arange(len(planned) + 1) / len(times)
-    label = f"{method}: {len(planned)} of {len(times)}"
     x = [*planned[:1], *planned]  # the line rises from 0
     dot = {"marker": "o", "markersize": 4, "markevery": [-1] if x else []}
-    axes.step(x, share[: len(x)], where="post", color=colour, label=label, **dot)
+    axes.step(x, share[: len(x)], where="post", color=colour, label=method, **dot)
     if x:
         axes.hlines(share[-1], x[-1], end, color=colour, linewidth=0.8)
 

@@ -5,16 +5,15 @@ from __future__ import annotations
 import json
 import re
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
-from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
-from typing import NamedTuple
 
 import click
 import numpy as np
 from benchmark import machine
+from methods import EVERY, Motion, Planner, make_planner
 
 from humanoid_rail import (
     Certificate,
@@ -22,31 +21,17 @@ from humanoid_rail import (
     Robot,
     Scene,
     Status,
-    Violation,
     load_robot,
     load_scene,
-    plan,
-    verify,
 )
-from humanoid_rail.arrays import Array
 from humanoid_rail.cli import console, print_table, progress, progress_bar, run
 from humanoid_rail.engines import ENGINES, get_engine
 from humanoid_rail.errors import MISSING
-from humanoid_rail.limits import limit_violations, sampled
 from humanoid_rail.paths import path_quality
 from humanoid_rail.planner import METHODS
-from humanoid_rail.rollout import PROGRESS_TIME
-from humanoid_rail.safety import Safety
 from humanoid_rail.scene import check_scene, is_of_a_scene
-from humanoid_rail.search import PathQuality
 from humanoid_rail.trajectory import check_folder
 
-PINK = "pink"
-"""The method of `pink_baseline.py`."""
-RRT_CONNECT = "ik + rrt-connect"
-"""The method of `rrt_connect_baseline.py`."""
-EVERY = (*METHODS, PINK, RRT_CONNECT)
-"""All methods."""
 SUFFIXES = (".json", ".yaml", ".yml")
 """Of scene files."""
 PICTURES = (".png", ".svg")
@@ -72,8 +57,8 @@ COLUMNS = (
     "least clearance [m]",
     "path [s]",
     "turn [deg]",
-    "sampled [s]",
-    "turn [deg]",
+    "sampled path [s]",
+    "sampled turn [deg]",
 )
 
 
@@ -165,26 +150,6 @@ class Evaluation:
     outcomes: list[Outcome]
 
 
-class Motion(NamedTuple):
-    """A motion by any method, and what is known of it."""
-
-    t: Array
-    """Times (N,), s."""
-    q: Array
-    """Configurations (N, n), m and rad."""
-    status: str
-    reason: str
-    certificate: Certificate
-    violations: tuple[Violation, ...]
-    planning_time: float
-    """s, the certificate included."""
-    sampled: PathQuality | None = None
-    """The path as a sampling planner found it first."""
-
-
-Planner = Callable[[Robot, Scene], Motion]
-
-
 @click.command()
 @click.argument("folder", metavar="DIR")
 @click.option("--method", "methods", multiple=True, help=f"One of {', '.join(EVERY)}; again for more.")
@@ -238,23 +203,6 @@ def main(
         if outcome.status == FAILED:
             console.print(f"{outcome.scene} by {outcome.method} failed: {outcome.reason}", soft_wrap=True)
     print_table("evaluation", "Evaluation", COLUMNS, [cells(row) for row in evaluation.rows], readme)
-
-
-def make_planner(method: str, engine: str) -> Planner:
-    """Return what plans by a method.
-
-    Raises:
-        InvalidInput: If there is no such method, or it is not installed.
-    """
-    if method == PINK:
-        if find_spec("pink") is None:
-            raise InvalidInput("method", method, "an installed one; for Pink: pip install 'humanoid_rail[compare]'")
-        return partial(plan_by_pink, engine=engine)
-    if method not in EVERY:
-        raise InvalidInput("method", method, f"one of {', '.join(EVERY)}")
-    if method == RRT_CONNECT:
-        return partial(plan_by_rrt_connect, engine=engine)
-    return partial(plan_by_planner, method=method, engine=engine)
 
 
 def check_figure(figure: Path) -> None:
@@ -335,45 +283,6 @@ def attempt(planner: Planner, robot: Robot, scene: Scene) -> Motion:
         start = np.array(robot.initial if scene.initial is None else scene.initial)
         nothing = Certificate(False, None, None, None, None)
         return Motion(np.zeros(1), start[None], FAILED, str(error), nothing, (), planning_time)
-
-
-def plan_by_planner(robot: Robot, scene: Scene, method: str, engine: str) -> Motion:
-    """Plan by a method of this package."""
-    found = plan(robot, scene, method, engine=engine)
-    return Motion(
-        found.t,
-        found.q,
-        found.status,
-        found.reason,
-        found.certificate,
-        found.violations,
-        found.planning_time,
-        found.search.raw if found.search else None,
-    )
-
-
-def plan_by_pink(robot: Robot, scene: Scene, engine: str) -> Motion:
-    """Roll out Pink within the limits, as far from everything as `qp` keeps, and give up where `qp` does."""
-    from pink_baseline import Pink
-
-    started = time.perf_counter()
-    found = Pink(robot, scene, safety_distance=Safety().safety_distance).rollout(patience=PROGRESS_TIME)
-    certificate = verify(robot, scene, found, engine=engine)
-    violations = limit_violations(robot, sampled(found.t, found.q))
-    planning_time = time.perf_counter() - started
-    return Motion(found.t, found.q, found.status, found.reason, certificate, violations, planning_time)
-
-
-def plan_by_rrt_connect(robot: Robot, scene: Scene, engine: str) -> Motion:
-    """Plan by inverse kinematics and RRT-Connect as they come."""
-    from rrt_connect_baseline import plan_by_rrt_connect
-
-    started = time.perf_counter()
-    found = plan_by_rrt_connect(robot, scene, get_engine(engine))
-    certificate = verify(robot, scene, found, engine=engine)
-    violations = limit_violations(robot, sampled(found.t, found.q))
-    planning_time = time.perf_counter() - started
-    return Motion(found.t, found.q, found.status, found.reason, certificate, violations, planning_time, found.sampled)
 
 
 def judge(robot: Robot, scene: Scene, method: str, motion: Motion) -> Outcome:

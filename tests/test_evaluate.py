@@ -13,6 +13,7 @@ import evaluate
 import numpy as np
 import pytest
 from conftest import ROOT
+from methods import RRT_CONNECT, Motion, make_planner
 
 from humanoid_rail import Box, Certificate, Robot, Scene, load_scene, plan
 from humanoid_rail.planner import METHODS
@@ -143,7 +144,7 @@ def test_the_family_is_the_name_without_its_number(name: str, family: str) -> No
 
 def test_a_start_in_contact_is_a_result(robot: Robot, scene: Scene) -> None:
     inside = scene.model_copy(update={"obstacles": (Box(center=(0.0, 0.0, 1.5), size=(1.0, 1.0, 1.0)),)})
-    planners = {"qp": evaluate.make_planner("qp", "native")}
+    planners = {"qp": make_planner("qp", "native")}
     outcomes = evaluate.evaluate(robot, [inside, scene], planners)
     assert [outcome.status for outcome in outcomes] == ["failed", "reached"]
     assert "start clear of obstacles" in outcomes[0].reason
@@ -153,7 +154,7 @@ def test_a_start_in_contact_is_a_result(robot: Robot, scene: Scene) -> None:
 
 def test_the_path_is_as_long_as_it_takes_at_the_speed_limits(robot: Robot) -> None:
     q = robot.initial + np.outer([0.0, 1.0, 3.0, 2.0], np.eye(robot.n)[0] * robot.velocity_limit[0])
-    motion = evaluate.Motion(np.arange(4.0), q, "reached", "", Certificate(True, None, None, None, None), (), 0.0)
+    motion = Motion(np.arange(4.0), q, "reached", "", Certificate(True, None, None, None, None), (), 0.0)
     outcome = evaluate.judge(robot, load_scene(DEV / "sparse-80000.json"), "any", motion)
     assert outcome.path_length == pytest.approx(4.0)
     assert outcome.sharpest_turn == pytest.approx(np.pi)
@@ -162,8 +163,8 @@ def test_the_path_is_as_long_as_it_takes_at_the_speed_limits(robot: Robot) -> No
 
 def test_the_textbooks_planner_is_judged_like_this_one(robot: Robot) -> None:
     scene = load_scene(DEV / "sparse-80000.json")
-    planner = evaluate.make_planner(evaluate.RRT_CONNECT, "native")
-    outcome = evaluate.judge(robot, scene, evaluate.RRT_CONNECT, evaluate.attempt(planner, robot, scene))
+    planner = make_planner(RRT_CONNECT, "native")
+    outcome = evaluate.judge(robot, scene, RRT_CONNECT, evaluate.attempt(planner, robot, scene))
     assert outcome.reached
     assert outcome.excess <= 1e-6
     assert outcome.sampled_length > outcome.path_length > plan(robot, scene).path.length
@@ -172,16 +173,14 @@ def test_the_textbooks_planner_is_judged_like_this_one(robot: Robot) -> None:
 def test_pink_is_judged_like_the_planner(robot: Robot) -> None:
     pytest.importorskip("pink", reason="needs the extra compare")
     scene = load_scene(DEV / "sparse-80000.json")
-    motion = evaluate.attempt(evaluate.make_planner("pink", "native"), robot, scene)
+    motion = evaluate.attempt(make_planner("pink", "native"), robot, scene)
     outcome = evaluate.judge(robot, scene, "pink", motion)
     assert outcome.good
     assert outcome.excess <= 1e-6
     assert min(outcome.min_clearance_obstacles, outcome.min_clearance_self) > 0.009
     # An obstacle on the move is not for Pink.
     moving = scene.obstacles[0].model_copy(update={"velocity": (0.1, 0.0, 0.0)})
-    motion = evaluate.attempt(
-        evaluate.make_planner("pink", "native"), robot, scene.model_copy(update={"obstacles": (moving,)})
-    )
+    motion = evaluate.attempt(make_planner("pink", "native"), robot, scene.model_copy(update={"obstacles": (moving,)}))
     assert motion.status == "failed"
     assert "velocity" in motion.reason
 
