@@ -96,7 +96,9 @@ def find_way(
     # A whole number of steps, so that the motion has the same corners when it is sampled.
     steps = max(1, int(STEP / gains.diagonal(targets.size).max() / settings.dt))
     coarse = replace(settings, dt=steps * settings.dt, max_planning_time=searching)
-    motion = computing.rollout(kinematics, start, targets, gains, safety, coarse)
+    # It keeps as far away as a way has to, so that its path is one.
+    wider = replace(safety, safety_distance=safety.safety_distance + 2 * SPARE)
+    motion = computing.rollout(kinematics, start, targets, gains, wider, coarse)
     arrived = motion.status is Status.REACHED
     if arrived and len(motion.q) == 1:
         return Way(Status.REACHED, motion.reason, motion.q, motion.evaluations, found_by=QP)
@@ -110,7 +112,7 @@ def find_way(
         if fault is not None:
             return Way(Status.TARGET_OUT_OF_REACH, _partly(fault, left), motion.q, motion.evaluations, motion.t)
 
-    first, distance = _first_clear(kinematics, motion.q, safety.safety_distance + SPARE)
+    first, distance, least = _first_clear(kinematics, motion.q, safety.safety_distance + SPARE)
     validity = computing.validity(robot, scene.obstacles, distance)
     weights = np.ones(targets.size)
     search = WaySearch(
@@ -143,6 +145,9 @@ def find_way(
         return way
     loose = computing.validity(robot, scene.obstacles, distance - min(SPARE / 2, 0.05 * distance))
     path = round_corners(robot, np.vstack([motion.q[:first], search.best]), loose.holds_between)
+    if first > 0:
+        looser = computing.validity(robot, scene.obstacles, 0.9 * least)
+        path = round_corners(robot, path, looser.holds_between)
     left = float(np.linalg.norm(kinematics.measure(path[-1], 0.0).hands - targets))
     return replace(
         way, status=Status.REACHED, reason=f"|e| is {left:.2g} m", path=path, t=None, found_by=search.found_by
@@ -172,21 +177,22 @@ def _partly(reason: str, left: float) -> str:
     return f"{reason}; the safe velocity came to |e| = {left:.3g} m"
 
 
-def _first_clear(kinematics: Any, motion: Array, distance: float) -> tuple[int, float]:
-    """Return where a motion (N, n) first keeps a distance in m from everything, and that distance.
+def _first_clear(kinematics: Any, motion: Array, distance: float) -> tuple[int, float, float]:
+    """Return where a motion (N, n) first keeps a distance in m from everything, that distance, and the least before.
 
     A start that is nearer to something is led away by the safe velocity. Where it never gets so far, the place where it
     is farthest, and a little less than how far that is.
     """
-    farthest, place = -np.inf, 0
+    farthest, place, least = -np.inf, 0, np.inf
     for i, q in enumerate(motion):
         there = kinematics.measure(q, 0.0)
         clearance = float(min(there.clearance.min(initial=np.inf), there.self_clearance.min(initial=np.inf)))
         if clearance >= distance:
-            return i, distance
+            return i, distance, least
+        least = min(least, clearance)
         if clearance > farthest:
             farthest, place = clearance, i
-    return place, 0.95 * farthest
+    return place, 0.95 * farthest, least
 
 
 def _objective(kinematics: Any, gains: Gains, q: Array) -> float:
