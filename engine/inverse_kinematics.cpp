@@ -27,7 +27,9 @@ constexpr int HOLDS = 4;
 }  // namespace
 
 InverseKinematics::InverseKinematics(std::shared_ptr<const Robot> robot, const Obstacles& obstacles)
-    : kinematics_(robot), clearances_(robot, obstacles), self_clearances_(robot) {}
+    : kinematics_(robot), clearances_(robot, obstacles), self_clearances_(robot), scale_(robot->limits.velocity) {
+  for (double& speed : scale_) speed = std::isfinite(speed) ? speed : 1.0;
+}
 
 Posture InverseKinematics::solve(const Eigen::Ref<const Vector>& start, const Eigen::Ref<const Vector>& targets,
                                  const Eigen::Ref<const Vector>& weights, double distance) {
@@ -81,20 +83,19 @@ void InverseKinematics::keep_apart(const Nearest& pair, double wanted, Posture& 
 // others make up for that.
 void InverseKinematics::step(double damping, Vector& q) {
   const Limits& limits = kinematics_.robot().limits;
-  const Vector& scale = limits.velocity;
-  square_ = scale.asDiagonal() * square_ * scale.asDiagonal();
-  right_ = right_.cwiseProduct(scale);
+  square_ = scale_.asDiagonal() * square_ * scale_.asDiagonal();
+  right_ = right_.cwiseProduct(scale_);
   square_.diagonal().array() += damping;
   for (int hold = 0; hold < HOLDS; ++hold) {
     x_ = square_.ldlt().solve(right_);
     const double longest = x_.cwiseAbs().maxCoeff();
     if (longest > LONGEST_STEP) x_ *= LONGEST_STEP / longest;
-    next_ = q + x_.cwiseProduct(scale);
+    next_ = q + x_.cwiseProduct(scale_);
     bool holds = false;
     for (Eigen::Index i = 0; i < q.size(); ++i) {
       if (next_[i] >= limits.lower[i] && next_[i] <= limits.upper[i]) continue;
       holds = true;
-      const double moved = ((next_[i] > limits.upper[i] ? limits.upper[i] : limits.lower[i]) - q[i]) / scale[i];
+      const double moved = ((next_[i] > limits.upper[i] ? limits.upper[i] : limits.lower[i]) - q[i]) / scale_[i];
       right_ -= moved * square_.col(i);
       square_.row(i).setZero();
       square_.col(i).setZero();

@@ -32,6 +32,7 @@ class InverseKinematics {
   SelfClearances self_clearances_;
   Matrix square_, weighted_;  // The normal equations: square x = right.
   Vector right_, error_, gradient_, x_, next_;
+  Vector scale_;  // Of joints: their speed limits, 1 where there is none, 0 for those that do not move.
 };
 
 }  // namespace humanoid_rail

@@ -12,12 +12,12 @@ from itertools import combinations, islice
 
 import coal
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from humanoid_rail.arrays import Array
 from humanoid_rail.engines import Engine
 from humanoid_rail.inverse_kinematics import Posture
+from humanoid_rail.kinematics import State
 from humanoid_rail.obstacles import name_of
 from humanoid_rail.paths import speed_units
 from humanoid_rail.robot import Hand, Robot
@@ -33,23 +33,32 @@ PULLS = 8
 """How often a goal is pulled towards the start."""
 REACH_SEEDS = 48
 """Starts of the inverse kinematics that judges the reach."""
+MOST_STEPS = 100
+"""Of the search for the smallest error."""
 POINT = 1e-9
 """The radius of a point, m."""
 
 
 def seeds(robot: Robot, start: Array, random: np.random.Generator) -> Iterator[Array]:
-    """Yield a start (n,), and then random configurations on the straight ways from it to anywhere, without end."""
-    lower, upper = np.maximum(robot.lower, start - WIDEST), np.minimum(robot.upper, start + WIDEST)
+    """Yield a start (n,), and then random configurations on the straight ways from it to anywhere, without end.
+
+    Joints whose speed limit is 0 stay where they are.
+    """
+    moves = robot.velocity_limit > 0
+    lower = np.where(moves, np.maximum(robot.lower, start - WIDEST), start)
+    upper = np.where(moves, np.minimum(robot.upper, start + WIDEST), start)
     yield start
     while True:
         yield start + random.random() * (random.uniform(lower, upper) - start)
 
 
-def pull(robot: Robot, goal: Array, start: Array, solve: Solve, distance: float) -> Array:
+def pull(robot: Robot, goal: Array, start: Array, solve: Solve, distance: float, deadline: float = np.inf) -> Array:
     """Return a goal (n,) nearer to a start (n,), or the same: again and again looked for from between the two."""
     units = speed_units(robot)
     share, length = 0.5, float(np.linalg.norm((goal - start) / units))
     for _ in range(PULLS):
+        if time.perf_counter() > deadline:
+            break
         posture = solve(goal + share * (start - goal))
         nearer = float(np.linalg.norm((posture.q - start) / units))
         if posture.reaches(distance) and nearer < length:
@@ -109,43 +118,59 @@ def out_of_reach(
     """
     solver, kinematics = computing.inverse_kinematics(robot, ()), computing.kinematics(robot, ())
 
-    def error(q: Array, rows: NDArray[np.intp]) -> Array:
-        remaining: Array = kinematics.state(q).hands.ravel()[rows] - targets.ravel()[rows]
-        return remaining
+    free = np.flatnonzero((robot.velocity_limit > 0) & (robot.lower < robot.upper))
 
-    def slope(q: Array, rows: NDArray[np.intp]) -> Array:
-        jacobian: Array = kinematics.state(q).jacobian[rows]
-        return jacobian
-
-    def least_error(hands: list[int]) -> float:
+    def least_error(hands: list[int]) -> float | None:
+        """Return the least error of some hands that is found in time."""
         weights = np.zeros_like(targets)
         weights[hands] = 1.0
         rows = np.flatnonzero(weights)
         best = Posture(start, np.inf, np.inf)
         for seed in islice(seeds(robot, start, random), REACH_SEEDS):
-            best = min(
-                best, solver.solve(seed, targets.ravel(), weights.ravel(), -np.inf), key=lambda found: found.error
-            )
+            found = solver.solve(seed, targets.ravel(), weights.ravel(), -np.inf)
+            best = min(best, found, key=lambda posture: posture.error)
             if best.error <= tolerance:
                 return float(best.error)
             if time.perf_counter() > deadline:
-                return 0.0
+                return None
+
+        def state(x: Array) -> State:
+            q = best.q.copy()
+            q[free] = x
+            there: State = kinematics.state(q)
+            return there
+
+        def error(x: Array) -> Array:
+            remaining: Array = state(x).hands.ravel()[rows] - targets.ravel()[rows]
+            return remaining
+
+        def slope(x: Array) -> Array:
+            jacobian: Array = state(x).jacobian[np.ix_(rows, free)]
+            return jacobian
+
         # Inverse kinematics is made for errors that vanish; from where it ends this finds the smallest.
-        found = least_squares(error, best.q, slope, bounds=(robot.lower, robot.upper), args=(rows,))
-        return min(float(best.error), float(np.sqrt(2.0 * found.cost)))
+        closest = least_squares(
+            error,
+            best.q[free],
+            slope,
+            bounds=(robot.lower[free], robot.upper[free]),
+            max_nfev=MOST_STEPS,
+        )
+        return min(float(best.error), float(np.sqrt(2.0 * closest.cost)))
 
     every = list(range(len(robot.hands)))
-    if least_error(every) <= tolerance:
+    together = least_error(every)
+    if together is None or together <= tolerance:
         return None
-    alone = {i: least_error([i]) for i in every}
-    far = [
-        f"the target of the {robot.hand_names[i]} hand is {left:.3g} m out of reach"
-        for i, left in alone.items()
-        if left > tolerance
-    ]
+    far = []
+    for i in every:
+        alone = together if len(every) == 1 else least_error([i])
+        if alone is None:
+            return None
+        if alone > tolerance:
+            far.append(f"the target of the {robot.hand_names[i]} hand is {alone:.3g} m out of reach")
     if far:
         return ", and ".join(far)
-    together = least_error(every)
     names = " and the ".join(robot.hand_names)
     return f"each target is in reach of its hand, but not both at once: the {names} hands stay {together:.3g} m away"
 

@@ -98,7 +98,8 @@ class InverseKinematics:
 
     def _step(self, q: Array, jacobian: Array, error: Array, damping: float) -> Array:
         robot = self.robot
-        scale = robot.velocity_limit
+        # Joints without a speed limit count as if it were 1; those whose limit is 0 stay.
+        scale = np.where(np.isfinite(robot.velocity_limit), robot.velocity_limit, 1.0)
         J = jacobian * scale
         square, right = J.T @ J + damping * np.eye(robot.n), J.T @ error
         for _ in range(HOLDS):

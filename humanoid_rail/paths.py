@@ -1,7 +1,7 @@
 """Paths, polylines in q: how long they are, how sharply they turn, how corners are rounded and how a path is timed.
 
 Lengths and angles are in joint coordinates, each in units of its speed limit, so that a length is in seconds: at the
-speed limits no path takes less.
+speed limits no path takes longer.
 """
 
 from __future__ import annotations
@@ -22,6 +22,10 @@ MAX_TURN = np.deg2rad(15.0)
 """The most that a timed path turns from one sample interval to the next, rad, where corners are rounded."""
 PIECE_TURN = np.deg2rad(6.0)
 """How much the pieces of a rounded corner turn from one to the next, about, rad."""
+SHORTEST = 1e-3
+"""The shortest last interval between samples, as a share of dt: a shorter one would have a speed of rounding errors."""
+SLOWER, SLOWDOWNS = 1.5, 20
+"""How much more time a part of a path gets where its samples stray from it, and how often."""
 STANDSTILL = 1e-9
 """Shorter pieces of a path have no direction, s."""
 
@@ -101,16 +105,19 @@ def _parabola(corner: Array, into: Array, out: Array, turn: float, cut: float) -
     return [corner - cut * (1 - x) ** 2 * into + cut * x**2 * out for x in s]
 
 
-def time_path(robot: Robot, path: Array, dt: float) -> tuple[Array, Array]:
+def time_path(
+    robot: Robot, path: Array, dt: float, holds_between: Callable[[Array, Array], bool] | None = None
+) -> tuple[Array, Array]:
     """Return times (N,) in s and configurations (N, n) at them: as fast as the speed limits let a path be followed.
 
-    Where a path turns it is followed so slowly that it turns by no more than MAX_TURN in dt. Accelerations are not
-    limited.
+    Where a path turns it is followed so slowly that it turns by no more than MAX_TURN in dt, and that the straight ways
+    between the samples, which cut its curves short, hold. Accelerations are not limited.
 
     Args:
         robot: The robot.
         path: Configurations (K, n), m and rad.
         dt: Time between samples, s.
+        holds_between: Whether the straight way between two configurations (n,) is one that the robot may go.
     """
     path = without_standstill(robot, path)
     steps = np.diff(path, axis=0)
@@ -120,10 +127,21 @@ def time_path(robot: Robot, path: Array, dt: float) -> tuple[Array, Array]:
     # A rounded corner is shared by its pieces; one that could not be rounded is not slowed down for.
     shares = np.where(angles <= 2 * PIECE_TURN, angles, 0.0)
     durations = np.maximum(
-        np.max(abs(steps) / speed_units(robot), axis=1),
-        dt * (shares[:-1] + shares[1:]) / 2 / (MAX_TURN - 2 * PIECE_TURN / 3),
+        np.max(abs(steps) / speed_units(robot), axis=1), dt * (shares[:-1] + shares[1:]) / 2 / (MAX_TURN - PIECE_TURN)
     )
-    arrival = np.concatenate([[0.0], np.cumsum(durations)])
-    count = int(np.ceil(arrival[-1] / dt - 1e-9))
-    t = np.append(dt * np.arange(count), arrival[-1])
-    return t, np.column_stack([np.interp(t, arrival, column) for column in path.T])
+    for _ in range(SLOWDOWNS):
+        arrival = np.concatenate([[0.0], np.cumsum(durations)])
+        t = np.append(dt * np.arange(int(np.ceil(arrival[-1] / dt - SHORTEST))), arrival[-1])
+        q = np.column_stack([np.interp(t, arrival, column) for column in path.T])
+        piece = np.clip(np.searchsorted(arrival, t, side="right") - 1, 0, len(steps) - 1)
+        slower = set()
+        for k in np.flatnonzero(np.diff(piece)):
+            if holds_between is not None and not holds_between(q[k], q[k + 1]):
+                slower |= set(range(piece[k], piece[k + 1] + 1))
+        for k in np.flatnonzero(turns(robot, q) > MAX_TURN):
+            if shares[piece[k] + 1 : piece[k + 2] + 1].any():
+                slower |= set(range(piece[k], piece[k + 2] + 1))
+        if not slower:
+            break
+        durations[list(slower)] *= SLOWER
+    return t, q

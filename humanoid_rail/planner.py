@@ -23,7 +23,7 @@ from humanoid_rail.safety import Safety
 from humanoid_rail.scene import Scene, check_scene
 from humanoid_rail.search import Search
 from humanoid_rail.trajectory import Status, Trajectory
-from humanoid_rail.way_out import find_way, follow
+from humanoid_rail.way_out import find_way, follow, go_as_far_as_qp
 
 METHODS = ("auto", "qp", "gradient-projection")
 """How a plan is made; see :func:`plan`."""
@@ -129,17 +129,24 @@ def plan(
         _check_links(there.self_clearance, robot, start, least)
 
     targets = np.array([scene.targets[name] for name in robot.hand_names])
-    found_by, search = method, None
+    found_by, search = "", None
     if method == "gradient-projection":
         motion = computing.integrate(kinematics, start, targets, gains, settings)
+        found_by = method if motion.status is Status.REACHED else ""
     elif method == "qp" or any(any(obstacle.velocity) for obstacle in scene.obstacles):
         limited = settings if method == "qp" else replace(settings, max_planning_time=float(max_planning_time))
         motion = computing.rollout(kinematics, start, targets, gains, safety, limited)
-        found_by = "qp" if method == "qp" or motion.status is Status.REACHED else ""
+        found_by = "qp" if motion.status is Status.REACHED else ""
     else:
         limited = replace(settings, max_planning_time=float(max_planning_time))
         way = find_way(robot, scene, computing, kinematics, start, gains, safety, limited, int(seed))
-        motion, found_by = follow(robot, way, settings), way.found_by
+        if way.path is not None:
+            motion, found_by = follow(robot, way, settings), way.found_by
+        else:
+            # What is left of the time, which is little where that is why there is no way.
+            rest = replace(settings, max_planning_time=max(started + max_planning_time - time.perf_counter(), 0.0))
+            motion = go_as_far_as_qp(way, computing.rollout(kinematics, start, targets, gains, safety, rest))
+            found_by = "qp" if motion.status is Status.REACHED else ""
         raw = None if way.raw is None else path_quality(robot, way.raw)
         search = Search(int(seed), way.goals, way.searches, way.checks, raw)
     course = kinematics.along(motion.q, np.inf if far_clearances else gains.epsilon, motion.t)

@@ -4,8 +4,9 @@ RRT-Connect (Kuffner and LaValle 2000) grows a tree from the start and one from 
 is made shorter by OMPL's shortcuts. Configurations are measured in units of the speed limits, so that the length of a
 path is the time it takes at them.
 
-The same seed gives the same path, whatever happens in other threads: OMPL draws its seeds from one generator, which is
-set before each call and kept to it meanwhile.
+The same seed gives the same path, whatever happens in other threads: OMPL draws its seeds from one generator of the
+process, which is set before each call and kept to it meanwhile. So threads wait for each other here, until their time
+is over; processes do not.
 """
 
 from __future__ import annotations
@@ -51,12 +52,14 @@ class Validity(Protocol):
 class _Checks:
     """What OMPL asks. It must not know the `Sampler`: through OMPL's own pointers neither would ever be freed."""
 
-    def __init__(self, validity: Validity, units: Array, deadline: float) -> None:
-        self.validity, self.units, self.deadline = validity, units, deadline
+    def __init__(self, validity: Validity, units: Array, lower: Array, upper: Array, deadline: float) -> None:
+        self.validity, self.units, self.lower, self.upper, self.deadline = validity, units, lower, upper, deadline
         self.count = 0
 
     def point(self, state: base.RealVectorStateType) -> Array:
-        return np.array(state[0 : self.units.size]) * self.units
+        # The way there and back may have led over a limit, by rounding.
+        point: Array = np.clip(np.array(state[0 : self.units.size]) * self.units, self.lower, self.upper)
+        return point
 
     def is_over(self) -> bool:
         return time.perf_counter() > self.deadline
@@ -79,16 +82,20 @@ class _Motions(base.MotionValidator):  # type: ignore[misc]
 
 
 @contextmanager
-def _ompl(seed: int) -> Iterator[None]:
-    """Have OMPL draw its random numbers from a seed, and say nothing."""
-    with _lock:
-        level = util.getLogLevel()
-        util.setLogLevel(util.LOG_NONE)
-        try:
-            util.RNG.setSeed(seed)
-            yield
-        finally:
-            util.setLogLevel(level)
+def _ompl(seed: int, deadline: float) -> Iterator[bool]:
+    """Have OMPL draw its random numbers from a seed, and say nothing; False if others keep it until a deadline."""
+    left = deadline - time.perf_counter()
+    if not _lock.acquire(timeout=min(max(left, 0.0), threading.TIMEOUT_MAX)):
+        yield False
+        return
+    level = util.getLogLevel()
+    util.setLogLevel(util.LOG_NONE)
+    try:
+        util.RNG.setSeed(seed)
+        yield True
+    finally:
+        util.setLogLevel(level)
+        _lock.release()
 
 
 class Sampler:
@@ -112,11 +119,10 @@ class Sampler:
             bounds.setHigh(i, float(high))
         space.setBounds(bounds)
         self._information = base.SpaceInformation(space)
-        self._checks = _Checks(validity, units, deadline)
+        self._checks = _Checks(validity, units, lower, upper, deadline)
         self._information.setMotionValidator(_Motions(self._information, self._checks))
         self._information.setStateValidityChecker(self._checks.holds_at)
-        with _ompl(1):
-            self._information.setup()
+        self._information.setup()
 
     @property
     def checks(self) -> int:
@@ -133,14 +139,20 @@ class Sampler:
             longest: The longest edge of the trees, s.
             max_checks: The most straight ways to check.
         """
+        checks, last = self._checks, self.checks + max_checks
+        # For a goal that is none OMPL would wait.
+        states = [state for state in map(self._state, goals) if checks.holds_at(state)]
+        if not states:
+            return None
         problem = base.ProblemDefinition(self._information)
         problem.addStartState(self._state(start))
         region = base.GoalStates(self._information)
-        for goal in goals:
-            region.addState(self._state(goal))
+        for state in states:
+            region.addState(state)
         problem.setGoal(region)
-        checks, last = self._checks, self.checks + max_checks
-        with _ompl(seed):
+        with _ompl(seed, checks.deadline) as mine:
+            if not mine:
+                return None
             planner = geometric.RRTConnect(self._information)
             planner.setRange(longest)
             planner.setProblemDefinition(problem)
@@ -158,7 +170,9 @@ class Sampler:
         shorter = geometric.PathGeometric(self._information)
         for q in path:
             shorter.append(self._state(q))
-        with _ompl(seed):
+        with _ompl(seed, self._checks.deadline) as mine:
+            if not mine:
+                return path
             simplifier = geometric.PathSimplifier(self._information)
             simplifier.partialShortcutPath(shorter, SHORTCUTS, SHORTCUTS, SHARE, SNAP)
             simplifier.ropeShortcutPath(shorter, ROPE_PIECE, ROPE_TOLERANCE)

@@ -10,7 +10,7 @@ class PathQuality:
     """What a path is like, in joint coordinates in units of their speed limits."""
 
     length: float
-    """Sum of the norms of dq / speed limit, s: at the speed limits no path takes less."""
+    """Sum of the norms of dq / speed limit, s: at the speed limits no path takes longer."""
     sharpest_turn: float
     """The largest angle between two pieces, or two steps between samples, that follow each other, rad."""
 

@@ -29,6 +29,7 @@ from humanoid_rail.paths import round_corners, time_path
 from humanoid_rail.resolution import Gains, penalty
 from humanoid_rail.robot import Robot
 from humanoid_rail.safety import Safety
+from humanoid_rail.sampling import Validity
 from humanoid_rail.scene import Scene
 from humanoid_rail.trajectory import Status
 from humanoid_rail.ways import QP, WaySearch
@@ -43,16 +44,16 @@ RESERVE = 0.03
 
 @dataclass(frozen=True, eq=False)
 class Way:
-    """A way to the targets, or as far as one was found."""
+    """A way to the targets, or the reason why there is none."""
 
     status: Status
     reason: str
-    path: Array
-    """Configurations (K, n), m and rad."""
     evaluations: int
     """Of q_dot of the safe velocity."""
-    t: Array | None = None
-    """When the safe velocity was at them (K,), s, where it is no way but as far as that got."""
+    path: Array | None = None
+    """Configurations (K, n), m and rad; None if there is no way."""
+    validity: Validity | None = None
+    """What every straight piece of it holds by."""
     found_by: str = ""
     """`qp`, `straight line` or `rrt-connect`; empty if there is no way."""
     raw: Array | None = None
@@ -101,20 +102,23 @@ def find_way(
     motion = computing.rollout(kinematics, start, targets, gains, wider, coarse)
     arrived = motion.status is Status.REACHED
     if arrived and len(motion.q) == 1:
-        return Way(Status.REACHED, motion.reason, motion.q, motion.evaluations, found_by=QP)
-    solver = computing.inverse_kinematics(robot, scene.obstacles)
-    left = float(np.linalg.norm(kinematics.measure(motion.q[-1], 0.0).hands - targets))
+        return Way(Status.REACHED, motion.reason, motion.evaluations, motion.q, found_by=QP)
     if not arrived:
+        # Nearer to things, it may still get there: then its motion is the plan, as it is.
+        asked = computing.rollout(kinematics, start, targets, gains, safety, coarse)
+        if asked.status is Status.REACHED:
+            reason = "nothing but the safe velocity gets there without coming nearer to something"
+            return Way(Status.STUCK, reason, asked.evaluations)
         fault = blocked_target(robot, scene, safety.safety_distance, settings.tolerance)
         if fault is not None:
-            return Way(Status.TARGET_IN_COLLISION, _partly(fault, left), motion.q, motion.evaluations, motion.t)
+            return Way(Status.TARGET_IN_COLLISION, fault, motion.evaluations)
         fault = out_of_reach(robot, targets, start, computing, random, settings.tolerance, deadline)
         if fault is not None:
-            return Way(Status.TARGET_OUT_OF_REACH, _partly(fault, left), motion.q, motion.evaluations, motion.t)
+            return Way(Status.TARGET_OUT_OF_REACH, fault, motion.evaluations)
 
     first, distance, least = _first_clear(kinematics, motion.q, safety.safety_distance + SPARE)
     validity = computing.validity(robot, scene.obstacles, distance)
-    weights = np.ones(targets.size)
+    solver, weights = computing.inverse_kinematics(robot, scene.obstacles), np.ones(targets.size)
     search = WaySearch(
         robot=robot,
         validity=validity,
@@ -132,10 +136,8 @@ def find_way(
     search.sample()
     way = Way(
         Status.STUCK,
-        _partly(search.explain(settings.max_planning_time), left),
-        motion.q,
+        search.explain(settings.max_planning_time),
         motion.evaluations,
-        motion.t,
         raw=search.raw,
         goals=search.known,
         checks=search.checks,
@@ -146,35 +148,39 @@ def find_way(
     loose = computing.validity(robot, scene.obstacles, distance - min(SPARE / 2, 0.05 * distance))
     path = round_corners(robot, np.vstack([motion.q[:first], search.best]), loose.holds_between)
     if first > 0:
-        looser = computing.validity(robot, scene.obstacles, 0.9 * least)
-        path = round_corners(robot, path, looser.holds_between)
+        # Where it began too near, corners are left; there no more can be asked for.
+        loose = computing.validity(robot, scene.obstacles, 0.99 * least)
+        path = round_corners(robot, path, loose.holds_between)
     left = float(np.linalg.norm(kinematics.measure(path[-1], 0.0).hands - targets))
     return replace(
-        way, status=Status.REACHED, reason=f"|e| is {left:.2g} m", path=path, t=None, found_by=search.found_by
+        way, status=Status.REACHED, reason=f"|e| is {left:.2g} m", path=path, validity=loose, found_by=search.found_by
     )
 
 
 def follow(robot: Robot, way: Way, settings: Settings) -> Integration:
-    """Return the motion along a way, sampled: as fast as the speed limits let it, or as the safe velocity made it."""
+    """Return the motion along a way, sampled: as fast as the speed limits let it, slower where it turns."""
+    assert way.path is not None
     status, reason = way.status, way.reason
-    if way.t is None:
-        t, q = time_path(robot, way.path, settings.dt)
-    else:
-        count = int(np.ceil(way.t[-1] / settings.dt - 1e-9))
-        t = np.append(settings.dt * np.arange(count), way.t[-1])
-        q = np.column_stack([np.interp(t, way.t, column) for column in way.path.T])
+    t, q = time_path(robot, way.path, settings.dt, way.validity.holds_between if way.validity else None)
     if t[-1] > settings.max_time:
         status = Status.TIME_LIMIT
-        reason = f"the way that was found takes {t[-1]:.4g} s at the speed limits, longer than {settings.max_time:g} s"
+        reason = f"the way that was found takes {t[-1]:.4g} s, longer than {settings.max_time:g} s"
         t, q = t[t <= settings.max_time], q[t <= settings.max_time]
     else:
         reason += f" at t = {t[-1]:.4g} s"
     return Integration(t, q, status, reason, way.evaluations, sampled(t, q))
 
 
-def _partly(reason: str, left: float) -> str:
-    """Add to a reason how far the safe velocity got."""
-    return f"{reason}; the safe velocity came to |e| = {left:.3g} m"
+def go_as_far_as_qp(way: Way, motion: Integration) -> Integration:
+    """Return what the safe velocity does where no way was found, with the reason for that.
+
+    Args:
+        way: What became of the search.
+        motion: What the safe velocity does in steps of dt; where it arrives, that is the plan.
+    """
+    if motion.status is Status.REACHED:
+        return motion
+    return replace(motion, status=way.status, reason=f"{way.reason}; as far as qp gets, {motion.reason.split(':')[0]}")
 
 
 def _first_clear(kinematics: Any, motion: Array, distance: float) -> tuple[int, float, float]:
@@ -192,7 +198,7 @@ def _first_clear(kinematics: Any, motion: Array, distance: float) -> tuple[int, 
         least = min(least, clearance)
         if clearance > farthest:
             farthest, place = clearance, i
-    return place, 0.95 * farthest, least
+    return place, max(0.95 * farthest, min(farthest, distance - SPARE)), least
 
 
 def _objective(kinematics: Any, gains: Gains, q: Array) -> float:

@@ -26,11 +26,13 @@ MOST_SEEDS = 4096
 """... and how many at most, if none does."""
 NEAREST, GOALS = 8, 4
 """Of so many goals nearest to the start, so many are kept."""
-FIRST_CHECKS, GROWTH = 600, 1.5
+FIRST_CHECKS, GROWTH = 600, 1.2
 """Checks of the first search, and how many times as many each of the next gets."""
+MOST_CHECKS = 1e6
+"""Nor does any get more checks than this."""
 EDGES = (0.7, 0.3, 0.15)
 """The longest edge of the trees, s, in turns: short ones find narrow ways, long ones are quick."""
-FIRST_MARGIN, MARGIN_GROWTH = 0.6, 1.25
+FIRST_MARGIN, MARGIN_GROWTH = 0.6, 1.1
 """How far the box of the first search reaches beyond start and goals, s, and how many times as far that of the next."""
 GOOD = 1.05
 """A way is short enough if it is no longer than this, in units of the distance to the nearest goal."""
@@ -110,7 +112,7 @@ class WaySearch:
             found = self.find_goals(0, MOST_SEEDS)
         nearest = sorted(found, key=self._from_start)[:NEAREST]
         kept = [*nearest[:1], *sorted(nearest[1:], key=objective, reverse=True)[: GOALS - 1]]
-        pulled = (pull(self.robot, q, self.start, self.solve, self.distance) for q in kept)
+        pulled = (pull(self.robot, q, self.start, self.solve, self.distance, self.deadline) for q in kept)
         self.goals = sorted(pulled, key=self._from_start)
         if not self.goals and self.best is not None:
             self.goals = [self.best[-1]]
@@ -157,7 +159,7 @@ class WaySearch:
                         goals = found or self.goals
                     else:
                         goals = [*self.goals, *others]
-                    margin, most = margin * MARGIN_GROWTH, most * GROWTH
+                    margin, most = margin * MARGIN_GROWTH, min(most * GROWTH, MOST_CHECKS)
             # A search that ends at once has to end too.
             self.checks += max(1, sampler.checks)
         self.known = len(self.goals) + len(others)
@@ -176,7 +178,7 @@ class WaySearch:
 
     def _box(self, goals: list[Array], margin: float) -> tuple[Array, Array]:
         ends = np.array([self.start, *goals, *([] if self.best is None else self.best)])
-        beyond = margin * speed_units(self.robot)
+        beyond = np.where(self.robot.velocity_limit > 0, margin * speed_units(self.robot), 0.0)
         lower = np.maximum(self.robot.lower, ends.min(axis=0) - beyond)
         return lower, np.minimum(self.robot.upper, ends.max(axis=0) + beyond)
 

@@ -84,7 +84,7 @@ class Outcome:
     duration: float
     """T, s."""
     path_length: float
-    """Sum over the samples of the norm of dq / speed limit, s: at the speed limits no path takes less."""
+    """Sum over the samples of the norm of dq / speed limit, s: at the speed limits no path takes longer."""
     sharpest_turn: float
     """The largest angle between two steps that follow each other, rad."""
     sampled_length: float | None

@@ -153,17 +153,18 @@ def _certified(certificate: Certificate, end: float) -> str:
 
 
 def _found_by(trajectory: Trajectory) -> str:
-    return f": found by {trajectory.found_by}" if trajectory.search and trajectory.found_by else ""
+    return f": found by {trajectory.found_by}" if trajectory.method == "auto" and trajectory.found_by else ""
 
 
 def _path(trajectory: Trajectory) -> str:
     """Say how long the path is and how sharply it turns, and what it was before it was smoothed."""
+    path, raw = trajectory.path, trajectory.search.raw if trajectory.search else None
+    said = f"length {path.length:.3g} s (joints in units of their speed limits), sharpest turn {_degrees(path)}"
+    return said + (f"; as it was sampled {raw.length:.3g} s and {_degrees(raw)}" if raw else "")
 
-    def said(path: PathQuality) -> str:
-        return f"{path.length:.3g} s at the speed limits, sharpest turn {math.degrees(path.sharpest_turn):.3g} deg"
 
-    raw = trajectory.search.raw if trajectory.search else None
-    return said(trajectory.path) + (f" (as it was sampled: {said(raw)})" if raw else "")
+def _degrees(path: PathQuality) -> str:
+    return f"{round(math.degrees(path.sharpest_turn), 1):g} deg"
 
 
 def _clearance(clearance: float | None, nothing: str) -> str:

@@ -103,12 +103,12 @@ def plan_by_rrt_connect(
 
     tried = 0
     for _ in range(MOST_STARTS):
-        goal = posture()
-        if goal is None:
-            continue
         left = began + max_time - time.perf_counter()
         if tried == GOALS or left <= 0:
             break
+        goal = posture()
+        if goal is None:
+            continue
         tried += 1
         problem = base.ProblemDefinition(information)
         problem.setStartAndGoalStates(state_of(start), state_of(goal))

@@ -79,6 +79,16 @@ def test_the_number_of_checks_is_kept(robot: Robot, validity: Validity, ends: tu
     assert 100 <= box.checks <= 110
 
 
+def test_goals_that_are_none_are_left_out(
+    robot: Robot, validity: Validity, ends: tuple[np.ndarray, np.ndarray]
+) -> None:
+    """OMPL would wait for others."""
+    inside = ends[0] + 2.6 * np.eye(robot.n)[0]
+    assert not validity.holds_at(inside)
+    assert sampler(robot, validity).connect(ends[0], [inside], 1, 0.7, 100) is None
+    assert sampler(robot, validity).connect(ends[0], [inside, ends[1]], 1, 0.7, 20_000) is not None
+
+
 def test_the_deadline_is_kept(robot: Robot, ends: tuple[np.ndarray, np.ndarray]) -> None:
     closed = get_engine("native").validity(robot, (Box(center=(0.0, 2.6, 3.0), size=(20.0, 0.1, 20.0)),), 0.01)
     began = time.perf_counter()

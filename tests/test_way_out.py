@@ -1,6 +1,7 @@
 """`method="auto"`: a plan whenever there is one, and the right reason where there is none."""
 
 import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -103,7 +104,7 @@ def test_the_same_plan_beside_others(robot: Robot) -> None:
 
 
 def test_the_python_engine_finds_a_way_too(robot: Robot) -> None:
-    """From one side of a post to the other, which the straight way does not."""
+    """Into a shelf, where the native engine finds one by qp."""
     scene = load_scene(DEV / "shelf-900000.json")
     trajectory = plan(robot, scene, engine="python", max_planning_time=60.0)
     assert trajectory.status is Status.REACHED, trajectory.reason
@@ -159,6 +160,71 @@ def test_obstacles_that_move_are_left_to_qp(robot: Robot) -> None:
     trajectory, by_qp = plan(robot, moving), plan(robot, moving, "qp")
     np.testing.assert_array_equal(trajectory.q, by_qp.q)
     assert (trajectory.found_by, trajectory.method, trajectory.search) == ("qp", "auto", None)
+
+
+@pytest.mark.parametrize("dt", [1e-3, 0.05, 0.2, 1.0])
+@pytest.mark.parametrize("name", ["deep-500009", "shelf-900019", "dense-240000"])
+def test_samples_far_apart_keep_to_the_way(robot: Robot, name: str, dt: float) -> None:
+    trajectory = plan(robot, load_scene(DEV / f"{name}.json"), dt=dt)
+    assert trajectory.status is Status.REACHED, trajectory.reason
+    assert trajectory.certificate.clearance_bound is not None
+    assert trajectory.certificate.clearance_bound > 0.01 - 1.1e-3
+    assert trajectory.path.sharpest_turn <= MAX_TURN
+    assert trajectory.limits_ok
+
+
+@pytest.mark.parametrize("gap", [0.012, 0.011, 0.0105, 0.004])
+def test_where_qp_arrives_this_does_too(robot: Robot, gap: float) -> None:
+    """A board below the left target leaves the forearm little more than the safety distance, or a little less."""
+    left = (0.6, -1.8, 2.6)
+    board = Box(center=(left[0], left[1], left[2] - 0.05 - gap - 0.01), size=(0.3, 0.3, 0.02))
+    scene = Scene(name="tight", targets={"left": left, "right": (0.6, 1.8, 2.6)}, obstacles=(board,))
+    assert plan(robot, scene, "qp").status is Status.REACHED
+    trajectory = plan(robot, scene)
+    assert trajectory.status is Status.REACHED, trajectory.reason
+    assert trajectory.certified
+
+
+@pytest.mark.parametrize("speed", [0.0, 0.3, 3.1, np.inf])
+def test_other_speed_limits(robot: Robot, speed: float) -> None:
+    """Of a joint that begins at its limit."""
+    limits = robot.velocity_limit.copy()
+    limits[3] = speed
+    other = replace(robot, velocity_limit=limits, lower=np.where(np.arange(robot.n) == 3, robot.initial, robot.lower))
+    trajectory = plan(other, paper_scene())
+    assert trajectory.status is Status.REACHED, trajectory.reason
+    assert trajectory.limits_ok
+    if speed == 0.0:
+        np.testing.assert_array_equal(trajectory.q[:, 3], robot.initial[3])
+
+
+def test_a_joint_that_cannot_move_at_all(robot: Robot) -> None:
+    locked = replace(
+        robot,
+        lower=np.where(np.arange(robot.n) == 5, robot.initial, robot.lower),
+        upper=np.where(np.arange(robot.n) == 5, robot.initial, robot.upper),
+    )
+    far = Scene(name="far", targets={"left": (0.3, -1.2, 7.0), "right": (0.6, 1.8, 2.6)})
+    assert plan(locked, far).status is Status.TARGET_OUT_OF_REACH
+    assert plan(locked, load_scene(DEV / "shelf-900005.json")).status is Status.REACHED
+
+
+@pytest.mark.parametrize("budget", [0.001, 0.01, 0.03])
+def test_no_false_reason_where_time_is_short(robot: Robot, budget: float) -> None:
+    far = Scene(name="far", targets={"left": (0.3, -1.2, 7.0), "right": (0.6, 1.8, 2.6)})
+    trajectory = plan(robot, far, max_planning_time=budget)
+    assert trajectory.status in {Status.STUCK, Status.TARGET_OUT_OF_REACH}
+    assert "not both" not in trajectory.reason
+
+
+def test_plans_in_threads_keep_their_time(robot: Robot) -> None:
+    scenes = [load_scene(UNSOLVABLE[0]), load_scene(DEEP[1])]
+    with ThreadPoolExecutor(2) as threads:
+        began = time.perf_counter()
+        plans = list(threads.map(lambda scene: plan(robot, scene, max_planning_time=1.0), scenes))
+        assert time.perf_counter() - began < 3.0
+    assert plans[0].status is Status.STUCK
+    assert plans[1].certified
 
 
 def test_no_time_at_all(robot: Robot) -> None:
