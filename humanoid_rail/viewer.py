@@ -35,7 +35,7 @@ from humanoid_rail.obstacles import HalfSpace
 from humanoid_rail.robot import Robot
 from humanoid_rail.scene import Scene
 from humanoid_rail.shapes import PlacedShape, placed_shapes
-from humanoid_rail.trajectory import Trajectory
+from humanoid_rail.trajectory import Status, Trajectory
 
 FRAMES_PER_SECOND = 30
 HOLD = 1.5
@@ -74,7 +74,10 @@ def playback_html(robot: Robot, scene: Scene, trajectory: Trajectory) -> str:
 def _caption(trajectory: Trajectory, name: str, closest: Sequence[Closest]) -> str:
     """Return what the page says of the motion, as HTML."""
     limits = "within limits" if trajectory.limits_ok else "beyond joint limits"
-    said = f"{trajectory.status} in {trajectory.duration:.2f} s, {_proof(trajectory.certificate)}, {limits}"
+    status = trajectory.status.replace("_", " ")
+    ended = "in" if trajectory.status is Status.REACHED else "after"
+    said = f"{status} {ended} {trajectory.duration:.2f} s, {_proof(trajectory.certificate)}, {limits}"
+    why = "" if trajectory.status is Status.REACHED else html.escape(trajectory.reason)
     pairs = "; ".join(
         f"{html.escape(pair.link)} &ndash; {html.escape(pair.other)}, {pair.distance:.3f} m at {pair.t:.2f} s"
         for pair in closest
@@ -85,6 +88,7 @@ def _caption(trajectory: Trajectory, name: str, closest: Sequence[Closest]) -> s
     )
     lines = [
         f"<b>{html.escape(name)}</b>: {html.escape(said)}",
+        why,
         f'<span style="color:#{CLOSEST_COLOUR:06x}">&#9679;&#8212;&#9679;</span> closest: {pairs}' if pairs else "",
         f"{hands}{_legend(trajectory, closest)}",
         '<span style="color:#6b7684">Drag to turn, scroll to zoom; pause and time under Open Controls.</span>',

@@ -13,10 +13,24 @@ import numpy as np
 import pinocchio as pin
 import pytest
 import umsgpack
+from conftest import ROOT
 from PIL import Image
 from screenshot import browser_path, opened, seek
 
-from humanoid_rail import Box, Capsule, HalfSpace, Kinematics, Mesh, Robot, Scene, Sphere, Trajectory, plan, plan_case
+from humanoid_rail import (
+    Box,
+    Capsule,
+    HalfSpace,
+    Kinematics,
+    Mesh,
+    Robot,
+    Scene,
+    Sphere,
+    Trajectory,
+    load_scene,
+    plan,
+    plan_case,
+)
 from humanoid_rail.camera import sight
 from humanoid_rail.closest import closest_of_all, closest_pairs
 from humanoid_rail.viewer import FRAMES_PER_SECOND, HOLD, PENETRATION_COLOUR, SCALE, playback_html
@@ -392,3 +406,10 @@ def test_the_caption_says_what_is_certain(robot: Robot, scene: Scene) -> None:
     t = collided.certificate.contact.t
     assert f"not certified: left_clavicle touches obstacles[0] (sphere) at {t:.2f} s" in page
     assert f"left_clavicle &ndash; obstacles[0] (sphere), {collided.min_clearance:.3f} m at 6.34 s" in page
+
+
+def test_the_page_says_why_there_is_no_way(robot: Robot) -> None:
+    scene = load_scene(ROOT / "scenes" / "unsolvable" / "target_in_collision-1.yaml")
+    page = playback_html(robot, scene, plan(robot, scene))
+    assert "target in collision after" in page
+    assert "the left hand at its target would be 0.35 m inside obstacles[0] (sphere)" in page
