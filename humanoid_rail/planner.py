@@ -29,6 +29,8 @@ METHODS = ("auto", "qp", "gradient-projection")
 """How a plan is made; see :func:`plan`."""
 SAFE = ("auto", "qp")
 """Those that keep clear."""
+MAX_PLANNING_TIME = 10.0
+"""How long `auto` may look for a way unless told otherwise, s."""
 MAX_SAMPLES = 1_000_000
 """The most samples that a trajectory may have."""
 
@@ -51,7 +53,7 @@ def plan(
     rtol: float = 1e-6,
     atol: float = 1e-6,
     far_clearances: bool = False,
-    max_planning_time: float = 10.0,
+    max_planning_time: float = MAX_PLANNING_TIME,
     seed: int = 0,
 ) -> Trajectory:
     """Plan a motion of all hands to their targets.
@@ -201,9 +203,11 @@ def _check_unused(method: str, safety: Safety, max_planning_time: float, seed: i
     """Check that no parameter is given that the method does not use."""
     unused: dict[str, tuple[float, float]] = {}
     if method not in SAFE:
-        unused |= {"safety_distance": (safety.safety_distance, 0.01), "damper_gain": (safety.damper_gain, 1.4)}
+        unused |= {
+            name: (getattr(safety, name), getattr(Safety(), name)) for name in ("safety_distance", "damper_gain")
+        }
     if method != "auto":
-        unused |= {"max_planning_time": (max_planning_time, 10.0), "seed": (seed, 0)}
+        unused |= {"max_planning_time": (max_planning_time, MAX_PLANNING_TIME), "seed": (seed, 0)}
     for name, (value, default) in unused.items():
         if value != default:
             raise InvalidInput(name, value, f"the default with {method}, which does not use it")

@@ -94,7 +94,7 @@ def find_way(
     deadline = time.perf_counter() + searching
     targets = np.array([scene.targets[name] for name in robot.hand_names])
     random = np.random.default_rng(seed)
-    # A whole number of steps, so that the motion has the same corners when it is sampled.
+    # In whole steps, at least one.
     steps = max(1, int(STEP / gains.diagonal(targets.size).max() / settings.dt))
     coarse = replace(settings, dt=steps * settings.dt, max_planning_time=searching)
     # It keeps as far away as a way has to, so that its path is one.
