@@ -38,7 +38,7 @@ class Clearances(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """Everything that eq. 4.9 and its constraints need to know at a configuration."""
+    """Everything that eq. 4.9 and its constraints need to know at a configuration. Its arrays are read-only."""
 
     q: Array
     """Configuration (n,), m and rad."""
@@ -58,6 +58,11 @@ class State:
     """The clearances of each link from each convex piece (L, K): those from the obstacles, if none has several."""
     links: Clearances
     """The clearances of pairs of links (P,), in the order of `Robot.self_collision_pairs`."""
+
+    def __post_init__(self) -> None:
+        for value in (*vars(self).values(), *self.pieces, *self.links):
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
 
 
 class Measurement(NamedTuple):

@@ -243,7 +243,13 @@ def native_safety(safety: Safety) -> _engine.Safety:
 
 
 def native_gains(gains: Gains, size: int) -> _engine.Gains:
-    """Return gains as the extension has them, K with `size` elements."""
+    """Return gains as the extension has them, K with `size` elements.
+
+    Raises:
+        InvalidInput: If K has another size, or there are objectives written in Python.
+    """
+    if gains.objectives:
+        raise InvalidInput("objectives", gains.objective_names, "none with the native engine")
     return _engine.Gains(gains.diagonal(size), gains.c_mu, gains.c_kappa, gains.epsilon)
 
 

@@ -8,7 +8,7 @@ Shapes: n actuated joints, h hands, L links, O obstacles.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +22,9 @@ SINGULAR_VALUE = 0.1
 """Smallest singular value of J below which the pseudo-inverse is damped; above it eq. 4.9 is exact."""
 MAX_DAMPING = SINGULAR_VALUE / 2**0.5
 """Damping at a singularity; it bounds the norm of J# by 1 / SINGULAR_VALUE."""
+
+Objective = Callable[[State], ArrayLike]
+"""A secondary objective: from a state to a velocity (n,), m/s and rad/s, mostly the gradient of what is to grow."""
 
 LARGEST = 1e4
 """The largest gain or activation distance: beyond it nothing but rounding is left of a motion."""
@@ -43,6 +46,8 @@ class Gains:
     """Gain of the penalties' gradient, 0 or more."""
     epsilon: float = 1.0
     """Activation distance of the penalty kappa in m, 0 or more. The paper does not give it."""
+    objectives: Sequence[Objective] = ()
+    """Further secondary objectives, whose velocities eq. 4.8 adds; of the Python engine only. Kept as a tuple."""
 
     def __post_init__(self) -> None:
         gains = np.ravel(np.asarray(self.gain, dtype=object))
@@ -52,6 +57,17 @@ class Gains:
         object.__setattr__(self, "gain", diagonal)
         for name in ("c_mu", "c_kappa", "epsilon"):
             object.__setattr__(self, name, checked_number(name, getattr(self, name), least=0.0, most=LARGEST))
+        if isinstance(self.objectives, str) or not isinstance(self.objectives, Sequence):
+            raise InvalidInput("objectives", self.objectives, "a sequence of functions from a State to a velocity (n,)")
+        for i, objective in enumerate(self.objectives):
+            if not callable(objective):
+                raise InvalidInput(f"objectives[{i}]", objective, "a function from a State to a velocity (n,)")
+        object.__setattr__(self, "objectives", tuple(self.objectives))
+
+    @property
+    def objective_names(self) -> tuple[str, ...]:
+        """The names of the further secondary objectives; of what has none, that of its class."""
+        return tuple(getattr(objective, "__name__", type(objective).__name__) for objective in self.objectives)
 
     def diagonal(self, size: int) -> Array:
         """Return the diagonal of K (size,).
@@ -153,13 +169,28 @@ def penalty_derivative(psi: ArrayLike, epsilon: float) -> Array:
 
 
 def secondary_velocity(state: State, gains: Gains) -> Array:
-    """Return q_dot_0 = c_mu (d mu/dq)^T - c_kappa sum_i (d kappa(psi_i)/dq)^T (n,), eq. 4.8.
+    """Return q_dot_0 = c_mu (d mu/dq)^T - c_kappa sum_i (d kappa(psi_i)/dq)^T (n,), eq. 4.8, and further objectives.
 
-    The sum runs over every pair of a link and an obstacle.
+    The sum runs over every pair of a link and an obstacle. To it the velocities of `gains.objectives` are added.
+
+    Raises:
+        InvalidInput: If one of these is not n finite numbers.
     """
     slope = penalty_derivative(state.clearance, gains.epsilon)
     penalty_gradient = np.einsum("lo,lon->n", slope, state.clearance_gradient)
     velocity: Array = gains.c_mu * state.manipulability_gradient - gains.c_kappa * penalty_gradient
+    for i, objective in enumerate(gains.objectives):
+        velocity = velocity + _checked_velocity(objective(state), state, f"objectives[{i}]", gains.objective_names[i])
+    return velocity
+
+
+def _checked_velocity(value: ArrayLike, state: State, field: str, name: str) -> Array:
+    try:
+        velocity: Array = np.asarray(value).astype(float, casting="same_kind")
+    except (TypeError, ValueError):  # no numbers, complex ones, or rows of different lengths
+        velocity = np.empty(0)
+    if velocity.shape != state.q.shape or not np.isfinite(velocity).all():
+        raise InvalidInput(f"{field}(state)", value, f"an array of {state.q.size} finite numbers from {name}")
     return velocity
 
 
