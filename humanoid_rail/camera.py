@@ -11,6 +11,7 @@ from humanoid_rail.obstacles import HalfSpace
 from humanoid_rail.robot import Robot
 from humanoid_rail.scene import Scene
 from humanoid_rail.shapes import PlacedShape, placed_shapes
+from humanoid_rail.targets import position
 from humanoid_rail.trajectory import Trajectory
 
 CAMERA = np.array([-1.45, -1.2, 0.5])
@@ -28,7 +29,8 @@ def sight(robot: Robot, scene: Scene, trajectory: Trajectory) -> tuple[Array, Ar
     kinematics = Kinematics(robot)
     times = np.linspace(0.0, trajectory.duration, 12)
     robots = np.vstack([kinematics.stick_figure(trajectory.configuration(t)) for t in times])
-    points = np.vstack([robots, trajectory.hands.reshape(-1, 3), *([scene.targets[n]] for n in trajectory.hand_names)])
+    targets = [position(target) for step in scene.steps for target in step.values() if target is not None]
+    points = np.vstack([robots, trajectory.hands.reshape(-1, 3), targets])
     low, high = points.min(axis=0), points.max(axis=0)
     boxes = [_bounds(piece) for obstacle in scene.obstacles for piece in placed_shapes(obstacle)]
     near = np.clip(np.vstack([points, *boxes]), low - NEARBY, high + NEARBY)

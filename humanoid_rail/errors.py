@@ -63,6 +63,16 @@ def checked_number(
     return number
 
 
+def check_kind(field: str, value: object, kind: type) -> None:
+    """Check that an argument is of a class.
+
+    Raises:
+        InvalidInput: If it is not.
+    """
+    if not isinstance(value, kind):
+        raise InvalidInput(field, value, f"a {kind.__name__}")
+
+
 def _short(value: object) -> str:
     """Return the representation of a value, cut to a readable length."""
     shortener = reprlib.Repr()

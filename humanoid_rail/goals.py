@@ -18,11 +18,11 @@ from humanoid_rail.arrays import Array
 from humanoid_rail.engines import Engine
 from humanoid_rail.inverse_kinematics import Posture
 from humanoid_rail.kinematics import State
-from humanoid_rail.obstacles import name_of
+from humanoid_rail.obstacles import Obstacle, name_of
 from humanoid_rail.paths import speed_units
 from humanoid_rail.robot import Hand, Robot
-from humanoid_rail.scene import Scene
 from humanoid_rail.shapes import placed_shapes
+from humanoid_rail.tasks import LEVER, Task
 
 Solve = Callable[[Array], Posture]
 """Inverse kinematics from a configuration (n,)."""
@@ -68,28 +68,31 @@ def pull(robot: Robot, goal: Array, start: Array, solve: Solve, distance: float,
     return goal
 
 
-def blocked_target(robot: Robot, scene: Scene, distance: float, tolerance: float) -> str | None:
+def blocked_target(
+    robot: Robot, targets: Array, obstacles: tuple[Obstacle, ...], distance: float, tolerance: float
+) -> str | None:
     """Return why a hand cannot be at its target, whatever the configuration; None if it may be.
 
     The body of a hand holds a ball around the hand's point. Where the ball touches something, so does the body.
 
     Args:
         robot: The robot.
-        scene: Targets and obstacles, at rest.
+        targets: x_f (h, 3), m.
+        obstacles: At rest.
         distance: What links keep from obstacles and from each other, m.
         tolerance: How far a hand may stay from its target, m.
     """
     balls = {hand.name: _ball(robot, hand) for hand in robot.hands}
     request = coal.DistanceRequest()
-    for name, radius in balls.items():
-        ball, center = coal.Sphere(max(radius, POINT)), coal.Transform3s(np.eye(3), np.array(scene.targets[name]))
-        for i, obstacle in enumerate(scene.obstacles):
+    for (name, radius), target in zip(balls.items(), targets, strict=True):
+        ball, center = coal.Sphere(max(radius, POINT)), coal.Transform3s(np.eye(3), target)
+        for i, obstacle in enumerate(obstacles):
             for shape, placement in placed_shapes(obstacle):
                 clearance = coal.distance(ball, center, shape, placement, request, coal.DistanceResult())
                 if clearance < distance - tolerance:
-                    return f"the {name} hand at its target would {_near(clearance, name_of(scene.obstacles, i))}"
-    for one, other in combinations(balls, 2):
-        gap = float(np.linalg.norm(np.subtract(scene.targets[one], scene.targets[other])))
+                    return f"the {name} hand at its target would {_near(clearance, name_of(obstacles, i))}"
+    for (i, one), (j, other) in combinations(enumerate(balls), 2):
+        gap = float(np.linalg.norm(targets[i] - targets[j]))
         clearance = gap - balls[one] - balls[other]
         if clearance < distance - 2 * tolerance and _are_checked(robot, one, other):
             return f"with both at their targets, the {one} hand would {_near(clearance, f'the {other} hand')}"
@@ -97,8 +100,7 @@ def blocked_target(robot: Robot, scene: Scene, distance: float, tolerance: float
 
 
 def out_of_reach(
-    robot: Robot,
-    targets: Array,
+    task: Task,
     start: Array,
     computing: Engine,
     random: np.random.Generator,
@@ -108,71 +110,109 @@ def out_of_reach(
     """Return by how much targets are out of reach, and for which hand; None if they are not.
 
     Args:
-        robot: The robot; its limits count, obstacles and other links do not.
-        targets: x_f (h, 3), m.
+        task: The robot and its targets; the robot's limits count, obstacles and other links do not.
         start: Where to look first (n,).
         computing: The engine.
         random: For where else to look.
         tolerance: How far |e| may stay from 0, m.
         deadline: When to stop looking, on the clock of `time.perf_counter`, s; then targets count as in reach.
     """
-    solver, kinematics = computing.inverse_kinematics(robot, ()), computing.kinematics(robot, ())
 
+    def too_far(robot: Robot, points: Array, some: list[int]) -> float | None:
+        """Return the least error of some points of a robot, if it is more than the tolerance."""
+        error = _least_error(robot, points, some, start, computing, random, tolerance, deadline)
+        return error if error is not None and error > tolerance else None
+
+    hands = task.robot.hand_names
+    every = list(range(len(hands)))
+    together = too_far(task.robot, task.targets, every)
+    if together is not None:
+        alone = [(name, too_far(task.robot, task.targets, [i])) for i, name in enumerate(hands)]
+        far = [f"the target of the {name} hand is {error:.3g} m out of reach" for name, error in alone if error]
+        if far:
+            return ", and ".join(far)
+        if time.perf_counter() > deadline:
+            return None
+        names = " and the ".join(hands)
+        return (
+            f"each target is in reach of its hand, but not both at once: the {names} hands stay {together:.3g} m away"
+        )
+    if not task.is_oriented:
+        return None
+    together = too_far(task.posed, task.points, list(range(len(task.points))))
+    if together is None:
+        return None
+    levers = len(task.points) - len(task.targets)
+    of = [hand.arm for hand in task.posed.hands]
+    alone = [
+        (hand.name, too_far(task.posed, task.points, [i for i, arm in enumerate(of) if arm == hand.arm]))
+        for hand in task.robot.hands
+    ]
+    far = [
+        f"the {name} hand is {_degrees(error, of.count(arm) - 1)} deg from how it has to be turned"
+        for (name, error), arm in zip(alone, [hand.arm for hand in task.robot.hands], strict=True)
+        if error
+    ]
+    if far:
+        return f"the targets are in reach, but there {', and '.join(far)}, or more"
+    if time.perf_counter() > deadline:
+        return None
+    left = _degrees(together, levers)
+    return f"each hand can be turned as it has to be, but not both at once: {left} deg are left, or more"
+
+
+def _degrees(error: float, levers: int) -> str:
+    """Return by how much a hand is turned wrongly, or more, if that is the error of its points.
+
+    Turned by an angle, a hand at its target has each of its further points off by 2 LEVER sin(angle / 2), or less.
+    """
+    return f"{np.rad2deg(2.0 * np.arcsin(min(1.0, error / (2.0 * LEVER * np.sqrt(max(1, levers)))))):.2g}"
+
+
+def _least_error(
+    robot: Robot,
+    targets: Array,
+    some: list[int],
+    start: Array,
+    computing: Engine,
+    random: np.random.Generator,
+    tolerance: float,
+    deadline: float,
+) -> float | None:
+    """Return the least error in m of some of a robot's points that is found in time; None if time runs out."""
+    solver, kinematics = computing.inverse_kinematics(robot, ()), computing.kinematics(robot, ())
+    weights = np.zeros_like(targets)
+    weights[some] = 1.0
+    rows = np.flatnonzero(weights)
+    best = Posture(start, np.inf, np.inf)
+    for seed in islice(seeds(robot, start, random), REACH_SEEDS):
+        found = solver.solve(seed, targets.ravel(), weights.ravel(), -np.inf)
+        best = min(best, found, key=lambda posture: posture.error)
+        if best.error <= tolerance:
+            return float(best.error)
+        if time.perf_counter() > deadline:
+            return None
     free = np.flatnonzero((robot.velocity_limit > 0) & (robot.lower < robot.upper))
 
-    def least_error(hands: list[int]) -> float | None:
-        """Return the least error of some hands that is found in time."""
-        weights = np.zeros_like(targets)
-        weights[hands] = 1.0
-        rows = np.flatnonzero(weights)
-        best = Posture(start, np.inf, np.inf)
-        for seed in islice(seeds(robot, start, random), REACH_SEEDS):
-            found = solver.solve(seed, targets.ravel(), weights.ravel(), -np.inf)
-            best = min(best, found, key=lambda posture: posture.error)
-            if best.error <= tolerance:
-                return float(best.error)
-            if time.perf_counter() > deadline:
-                return None
+    def state(x: Array) -> State:
+        q = best.q.copy()
+        q[free] = x
+        there: State = kinematics.state(q)
+        return there
 
-        def state(x: Array) -> State:
-            q = best.q.copy()
-            q[free] = x
-            there: State = kinematics.state(q)
-            return there
+    def error(x: Array) -> Array:
+        remaining: Array = state(x).hands.ravel()[rows] - targets.ravel()[rows]
+        return remaining
 
-        def error(x: Array) -> Array:
-            remaining: Array = state(x).hands.ravel()[rows] - targets.ravel()[rows]
-            return remaining
+    def slope(x: Array) -> Array:
+        jacobian: Array = state(x).jacobian[np.ix_(rows, free)]
+        return jacobian
 
-        def slope(x: Array) -> Array:
-            jacobian: Array = state(x).jacobian[np.ix_(rows, free)]
-            return jacobian
-
-        # Inverse kinematics is made for errors that vanish; from where it ends this finds the smallest.
-        closest = least_squares(
-            error,
-            best.q[free],
-            slope,
-            bounds=(robot.lower[free], robot.upper[free]),
-            max_nfev=MOST_STEPS,
-        )
-        return min(float(best.error), float(np.sqrt(2.0 * closest.cost)))
-
-    every = list(range(len(robot.hands)))
-    together = least_error(every)
-    if together is None or together <= tolerance:
-        return None
-    far = []
-    for i in every:
-        alone = together if len(every) == 1 else least_error([i])
-        if alone is None:
-            return None
-        if alone > tolerance:
-            far.append(f"the target of the {robot.hand_names[i]} hand is {alone:.3g} m out of reach")
-    if far:
-        return ", and ".join(far)
-    names = " and the ".join(robot.hand_names)
-    return f"each target is in reach of its hand, but not both at once: the {names} hands stay {together:.3g} m away"
+    # Inverse kinematics is made for errors that vanish; from where it ends this finds the smallest.
+    closest = least_squares(
+        error, best.q[free], slope, bounds=(robot.lower[free], robot.upper[free]), max_nfev=MOST_STEPS
+    )
+    return min(float(best.error), float(np.sqrt(2.0 * closest.cost)))
 
 
 def _ball(robot: Robot, hand: Hand) -> float:

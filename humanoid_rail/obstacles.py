@@ -61,7 +61,8 @@ Vector = Annotated[tuple[Number, Number, Number], BeforeValidator(_triple)]
 Size = Annotated[tuple[Positive, Positive, Positive], BeforeValidator(_triple)]
 
 
-def _not_zero(normal: tuple[float, float, float]) -> tuple[float, float, float]:
+def not_zero(normal: tuple[float, float, float]) -> tuple[float, float, float]:
+    """Check that a vector has a direction."""
     if sqrt(sum(x * x for x in normal)) < 1e-6:
         raise ValueError("a vector longer than 1e-6")
     return normal
@@ -114,7 +115,7 @@ class HalfSpace(_Obstacle):
     """Everything on one side of a plane: solid where normal . x <= offset. A floor, a wall, the rail."""
 
     type: Literal["halfspace"] = "halfspace"
-    normal: Annotated[Vector, AfterValidator(_not_zero)]
+    normal: Annotated[Vector, AfterValidator(not_zero)]
     """Points out of the solid; of any length but 0."""
     offset: Number
     """m, if the normal has length 1."""
@@ -166,6 +167,16 @@ class Mesh(_Obstacle):
 
 
 Obstacle = Annotated[Sphere | Box | Capsule | HalfSpace | Mesh, Field(discriminator="type")]
+
+
+def moved(obstacle: Obstacle, t: float) -> Obstacle:
+    """Return where an obstacle is after a time in s, as one that is there at t = 0."""
+    way = [t * speed for speed in obstacle.velocity]
+    if not any(way):
+        return obstacle
+    if isinstance(obstacle, HalfSpace):
+        return obstacle.model_copy(update={"offset": obstacle.offset + float(np.dot(obstacle.normal, way))})
+    return obstacle.model_copy(update={"center": tuple(np.add(obstacle.center, way).tolist())})
 
 
 def name_of(obstacles: Sequence[Obstacle], i: int) -> str:

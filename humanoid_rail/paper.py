@@ -13,7 +13,7 @@ from humanoid_rail.kinematics import Kinematics
 from humanoid_rail.planner import plan
 from humanoid_rail.resources import resource
 from humanoid_rail.robot import Robot
-from humanoid_rail.scene import Scene, load_scene
+from humanoid_rail.scene import Scene, load_scene, target_points
 from humanoid_rail.trajectory import Trajectory
 
 CASES: Mapping[int, Mapping[str, float]] = {
@@ -78,7 +78,7 @@ def plan_case(robot: Robot, case: int, method: str = "gradient-projection", **se
 def closed_form_duration(robot: Robot, tolerance: float = 0.01) -> float:
     """Return T = ln(|e(0)| / tolerance) in s: with K = I eq. 4.3 has the solution e(t) = e(0) exp(-t)."""
     scene = paper_scene()
-    targets = np.array([scene.targets[name] for name in robot.hand_names])
+    targets = target_points(robot, scene)
     error = Kinematics(robot).hand_positions(robot.initial) - targets
     return float(np.log(np.linalg.norm(error) / tolerance))
 

@@ -52,9 +52,12 @@ def turns(robot: Robot, path: Array) -> Array:
     return angles
 
 
-def path_quality(robot: Robot, path: Array) -> PathQuality:
-    """Return what a path (K, n) is like."""
-    return PathQuality(path_length(robot, path), float(turns(robot, path).max(initial=0.0)))
+def path_quality(robot: Robot, *paths: Array) -> PathQuality:
+    """Return what paths (K, n) that follow each other are like; turns where one ends do not count."""
+    return PathQuality(
+        sum(path_length(robot, path) for path in paths),
+        max(float(turns(robot, path).max(initial=0.0)) for path in paths),
+    )
 
 
 def without_standstill(robot: Robot, path: Array) -> Array:

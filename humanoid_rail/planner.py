@@ -9,21 +9,22 @@ from dataclasses import replace
 import numpy as np
 
 from humanoid_rail.arrays import Array, frozen
+from humanoid_rail.certificate import Certificate
 from humanoid_rail.certification import RESOLUTION
 from humanoid_rail.engines import get_engine
-from humanoid_rail.errors import InvalidInput, checked_number
+from humanoid_rail.errors import InvalidInput, check_kind, checked_number
 from humanoid_rail.integration import Settings
+from humanoid_rail.legs import travel_legs
 from humanoid_rail.limits import limit_violations, sampled
 from humanoid_rail.obstacles import name_of
-from humanoid_rail.paths import path_quality
-from humanoid_rail.resolution import Gains
+from humanoid_rail.resolution import Gains, Objective
 from humanoid_rail.robot import Robot
 from humanoid_rail.rollout import APART
 from humanoid_rail.safety import Safety
-from humanoid_rail.scene import Scene, check_scene
-from humanoid_rail.search import Search
+from humanoid_rail.scene import Scene, check_scene, field_of_step
+from humanoid_rail.targets import Pose, is_oriented
+from humanoid_rail.tasks import tasks_of
 from humanoid_rail.trajectory import Status, Trajectory
-from humanoid_rail.way_out import find_way, follow, go_as_far_as_qp
 
 METHODS = ("auto", "qp", "gradient-projection")
 """How a plan is made; see :func:`plan`."""
@@ -55,18 +56,20 @@ def plan(
     far_clearances: bool = False,
     max_planning_time: float = MAX_PLANNING_TIME,
     seed: int = 0,
+    objectives: Sequence[Objective] = (),
 ) -> Trajectory:
     """Plan a motion of all hands to their targets.
 
     Args:
         robot: The robot.
-        scene: Start, targets and obstacles.
-        method: How the plan is made. `gradient-projection` follows q_dot of eq. 4.9. It neither prevents collisions nor
-            knows limits: the result says what happened (`certified`, `limits_ok`), whatever its status. `qp` follows
-            the q_dot closest to it that keeps links clear of obstacles and of each other, and joints within their
-            position and speed limits. `auto` follows `qp` first and looks for another way where that gets stuck, then
-            makes the path short and smooth and follows it as fast as the speed limits allow; among obstacles that move
-            it is `qp`. See docs/auto.md.
+        scene: Start, targets and obstacles. Several steps of targets are reached one after the other, each by a leg of
+            the motion that begins where the one before ended; `auto` also turns hands as their poses ask.
+        method: How each leg is planned. `gradient-projection` follows q_dot of eq. 4.9. It neither prevents collisions
+            nor knows limits: the result says what happened (`certified`, `limits_ok`), whatever its status. `qp`
+            follows the q_dot closest to it that keeps links clear of obstacles and of each other, and joints within
+            their position and speed limits. `auto` follows `qp` first and looks for another way where that gets stuck,
+            then makes the path short and smooth and follows it as fast as the speed limits allow; among obstacles that
+            move it is `qp`. See docs/auto.md.
         engine: What computes it: `native` (C++) or `python` (the reference, 40 to 200 times slower). Where the
             native engine was not built, a RuntimeWarning says so and the other one is used.
         gain: Diagonal of K in 1/s: one number for all coordinates of the hands, or one for each.
@@ -83,23 +86,27 @@ def plan(
         atol: Absolute tolerance of the integrator, m and rad.
         far_clearances: Whether to measure at each sample also the clearances that are beyond the activation distance.
             If not, they are given as infinite, save the smallest, so that `min_clearance` is right in any case.
-        max_planning_time: How long `auto` may look for a way, s.
+        max_planning_time: How long `auto` may look for ways in all, s.
         seed: Of the random numbers of `auto`, from 0 to 2^31 - 1. The same seed gives the same plan, bit for bit,
             unless the time for planning cuts it off.
+        objectives: Further secondary objectives of `qp` and `gradient-projection`, for the Python engine: functions
+            from a :class:`State` to a velocity (n,) in m/s and rad/s, which eq. 4.8 adds to its own. See
+            docs/objective.md.
 
     Returns:
-        The trajectory up to where it got, with a status, a reason and a certificate of what is proven of the motion
-        between its samples; see :func:`verify`. By `qp` and `auto` a motion whose certificate fails is not `reached`.
+        The trajectory up to where it got, with the status of its last leg, a reason and a certificate of what is proven
+        of the motion between its samples; see :func:`verify`. By `qp` and `auto` a motion whose certificate fails is
+        not `reached`.
 
     Raises:
         InvalidInput: If an argument is not valid, the scene is not one for this robot, or the start is outside the
             position limits or in penetration with an obstacle; for `qp` and `auto` also if anything touches there,
-            links included, and for other methods if parameters of these are given.
+            links included, and for other methods if parameters of these are given. Also where an objective returns
+            anything else than n finite numbers.
     """
     started = time.perf_counter()
-    for name, value, kind in (("robot", robot, Robot), ("scene", scene, Scene)):
-        if not isinstance(value, kind):
-            raise InvalidInput(name, value, f"a {kind.__name__}")
+    check_kind("robot", robot, Robot)
+    check_kind("scene", scene, Scene)
     if not isinstance(method, str) or method not in METHODS:
         raise InvalidInput("method", method, f"one of {', '.join(METHODS)}")
     given = {"tolerance": tolerance, "dt": dt, "max_time": max_time, "rtol": rtol, "atol": atol}
@@ -112,7 +119,7 @@ def plan(
         raise InvalidInput("dt", dt, valid)
     if not isinstance(far_clearances, bool):
         raise InvalidInput("far_clearances", far_clearances, "True or False")
-    gains = Gains(gain, c_mu, c_kappa, epsilon)
+    gains = Gains(gain, c_mu, c_kappa, epsilon, objectives)
     gains.diagonal(3 * len(robot.hands))
     safety = Safety(safety_distance, damper_gain)
     checked_number("max_planning_time", max_planning_time, above=0.0)
@@ -120,7 +127,11 @@ def plan(
         raise InvalidInput("seed", seed, "a whole number from 0 to 2^31 - 1")
     _check_unused(method, safety, max_planning_time, seed)
     computing = get_engine(engine)
+    if gains.objectives and (method == "auto" or engine != "python"):
+        valid = 'none by "auto" or the native engine; "qp" and "gradient-projection" take them with engine="python"'
+        raise InvalidInput("objectives", gains.objective_names, valid)
     check_scene(robot, scene)
+    _check_turns(scene, method)
     kinematics = computing.kinematics(robot, scene.obstacles)
     start = np.array(robot.initial if scene.initial is None else scene.initial, float)
     there = kinematics.measure(start, horizon=0.0)
@@ -130,38 +141,19 @@ def plan(
     if method in SAFE:
         _check_links(there.self_clearance, robot, start, least)
 
-    targets = np.array([scene.targets[name] for name in robot.hand_names])
-    found_by, search = "", None
-    if method == "gradient-projection":
-        motion = computing.integrate(kinematics, start, targets, gains, settings)
-        found_by = method if motion.status is Status.REACHED else ""
-    elif method == "qp" or any(any(obstacle.velocity) for obstacle in scene.obstacles):
-        limited = settings if method == "qp" else replace(settings, max_planning_time=float(max_planning_time))
-        motion = computing.rollout(kinematics, start, targets, gains, safety, limited)
-        found_by = "qp" if motion.status is Status.REACHED else ""
-    else:
-        limited = replace(settings, max_planning_time=float(max_planning_time))
-        way = find_way(robot, scene, computing, kinematics, start, gains, safety, limited, int(seed))
-        if way.path is not None:
-            motion, found_by = follow(robot, way, settings), way.found_by
-        else:
-            # What is left of the time, which is little where that is why there is no way.
-            rest = replace(settings, max_planning_time=max(started + max_planning_time - time.perf_counter(), 0.0))
-            motion = go_as_far_as_qp(way, computing.rollout(kinematics, start, targets, gains, safety, rest))
-            found_by = "qp" if motion.status is Status.REACHED else ""
-        raw = None if way.raw is None else path_quality(robot, way.raw)
-        search = Search(int(seed), way.goals, way.searches, way.checks, raw)
+    limited = replace(settings, max_planning_time=float(max_planning_time)) if method == "auto" else settings
+    tasks = tasks_of(robot, scene)
+    journey = travel_legs(kinematics, tasks, method, computing, start, gains, safety, limited, int(seed))
+    motion = journey.motion
     course = kinematics.along(motion.q, np.inf if far_clearances else gains.epsilon, motion.t)
     integrated = time.perf_counter()
     certificate = computing.certify(robot, scene.obstacles, motion.t, motion.q)
     certified = time.perf_counter()
     status, reason = motion.status, motion.reason
-    if method in SAFE and status is Status.REACHED and not certificate.certified:
-        found = certificate.contact or f"no clearance larger than {certificate.clearance_bound} m could be proven"
-        status, reason = Status.UNCERTIFIED, f"{reason}, but {found}"
-    nearest = certificate.clearance_bound
-    if method in SAFE and nearest is not None and nearest < safety.safety_distance - RESOLUTION - APART:
-        reason += f"; the safety distance of {safety.safety_distance:g} m could not be kept everywhere"
+    if method in SAFE and status is Status.REACHED:
+        status, reason = judged(certificate, reason)
+    if method in SAFE:
+        reason += not_kept(certificate, safety.safety_distance)
     return Trajectory(
         t=frozen(motion.t),
         q=frozen(motion.q),
@@ -173,12 +165,14 @@ def plan(
         # Between samples a motion is linear; how fast it is at the integrator's own steps does not depend on dt.
         violations=limit_violations(robot, sampled(motion.t, motion.q), motion.visited),
         certificate=certificate,
+        timing=None,
+        arrivals=journey.arrivals,
         planning_time=time.perf_counter() - started,
         certification_time=certified - integrated,
         evaluations=motion.evaluations,
-        found_by=found_by,
-        path=path_quality(robot, motion.q),
-        search=search,
+        found_by=journey.found_by,
+        path=journey.path,
+        search=journey.search,
         joint_names=robot.joint_names,
         hand_names=robot.hand_names,
         scene=scene.name,
@@ -186,10 +180,11 @@ def plan(
         engine=computing.name,
         settings={
             **given,
-            "gain": gains.diagonal(targets.size).tolist(),
+            "gain": gains.diagonal(3 * len(robot.hands)).tolist(),
             "c_mu": gains.c_mu,
             "c_kappa": gains.c_kappa,
             "epsilon": gains.epsilon,
+            "objectives": list(gains.objective_names),
             **(
                 {"safety_distance": safety.safety_distance, "damper_gain": safety.damper_gain} if method in SAFE else {}
             ),
@@ -197,6 +192,22 @@ def plan(
             "far_clearances": far_clearances,
         },
     )
+
+
+def judged(certificate: Certificate, reason: str) -> tuple[Status, str]:
+    """Return the status and the reason of a motion that has to be certified and leads to the targets."""
+    if certificate.certified:
+        return Status.REACHED, reason
+    found = certificate.contact or f"no clearance larger than {certificate.clearance_bound} m could be proven"
+    return Status.UNCERTIFIED, f"{reason}, but {found}"
+
+
+def not_kept(certificate: Certificate, safety_distance: float) -> str:
+    """Return what has to be added to a reason where a motion does not keep the safety distance in m."""
+    nearest = certificate.clearance_bound
+    if nearest is None or nearest >= safety_distance - RESOLUTION - APART:
+        return ""
+    return f"; the safety distance of {safety_distance:g} m could not be kept everywhere"
 
 
 def _check_unused(method: str, safety: Safety, max_planning_time: float, seed: int) -> None:
@@ -211,6 +222,19 @@ def _check_unused(method: str, safety: Safety, max_planning_time: float, seed: i
     for name, (value, default) in unused.items():
         if value != default:
             raise InvalidInput(name, value, f"the default with {method}, which does not use it")
+
+
+def _check_turns(scene: Scene, method: str) -> None:
+    """Check that hands are turned only by the method that can."""
+    if method == "auto" and not any(any(obstacle.velocity) for obstacle in scene.obstacles):
+        return
+    for number, step in enumerate(scene.steps):
+        for hand, target in step.items():
+            if isinstance(target, Pose) and is_oriented(target):
+                valid = "a point: only auto turns hands, and only among obstacles at rest"
+                raise InvalidInput(
+                    f"{field_of_step(scene, number)}.{hand}", target.model_dump(exclude_none=True), valid
+                )
 
 
 def _check_start(clearance: Array, robot: Robot, start: Array, scene: Scene, least: float) -> None:

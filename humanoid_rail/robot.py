@@ -36,6 +36,8 @@ class Hand:
     """Frame of the model whose origin is the point."""
     arm: tuple[str, ...]
     """Actuated joints of its arm: the columns of its block in J_arms of eq. 3.4."""
+    pointing: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    """The direction in the frame in which the hand points, of any length; what `approach` of a pose is about."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -101,6 +103,16 @@ class Robot(FrozenArrays):
         return [self.joint_names.index(name) for name in hand.arm]
 
 
+def check_joint_names(robot: Robot, names: Sequence[str]) -> None:
+    """Check that a trajectory with these joints is one of a robot.
+
+    Raises:
+        InvalidInput: If it is not.
+    """
+    if tuple(names) != robot.joint_names:
+        raise InvalidInput("trajectory.joint_names", names, f"those of the robot: {', '.join(robot.joint_names)}")
+
+
 def load_robot(**xacro_args: SupportsFloat) -> Robot:
     """Return the paper's robot.
 
@@ -111,8 +123,17 @@ def load_robot(**xacro_args: SupportsFloat) -> Robot:
     Raises:
         InvalidInput: If an argument is unknown or its value is not valid.
     """
+    return paper_robot(build_urdf(**xacro_args))
+
+
+def paper_robot(urdf: str) -> Robot:
+    """Return the paper's robot from its URDF text, as :func:`humanoid_rail.build_urdf` makes it.
+
+    Raises:
+        InvalidInput: If the text is no URDF, or not one of this robot.
+    """
     return robot_from_urdf(
-        build_urdf(**xacro_args),
+        urdf,
         resource("robots", "humanoid_rail.srdf").read_text(encoding="utf-8"),
         hands=[Hand(side, f"{side}_hand", tuple(f"{side}_{j}" for j in ARM_JOINTS)) for side in ("left", "right")],
         initial=INITIAL,

@@ -7,13 +7,16 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 from pydantic import BeforeValidator, Field, ValidationError
 from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
+from humanoid_rail.arrays import Array
 from humanoid_rail.errors import MISSING, InvalidInput
-from humanoid_rail.obstacles import Number, Obstacle, Vector, plain
+from humanoid_rail.obstacles import Number, Obstacle, plain
 from humanoid_rail.robot import Robot
+from humanoid_rail.targets import Step, Targets, position
 from humanoid_rail.validation import Frozen, invalid_input
 
 
@@ -25,13 +28,19 @@ class Scene(Frozen):
     """
 
     name: Annotated[str, Field(min_length=1, max_length=200)]
-    """What the scene is called."""
+    """What the scene is called; in a file it may be missing, and is the file's."""
     initial: Annotated[tuple[Number, ...], BeforeValidator(plain)] | None = None
     """Configuration (n,) at the start, one number for each actuated joint; the robot's own if not given."""
-    targets: dict[str, Vector]
-    """Point that each hand has to reach, by the hand's name."""
+    targets: Targets
+    """What each hand has to reach, by the hand's name: a point [x, y, z], a :class:`Pose`, or None for a hand that may
+    stay wherever is convenient. Or a list of these, to be reached one after the other."""
     obstacles: Annotated[tuple[Obstacle, ...], BeforeValidator(plain)] = ()
     """What the links have to keep clear of."""
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """The targets, as those of one step after the other."""
+        return self.targets if isinstance(self.targets, tuple) else (self.targets,)
 
 
 def load_scene(path: str | Path) -> Scene:
@@ -47,7 +56,10 @@ def load_scene(path: str | Path) -> Scene:
         raise InvalidInput("scene", str(path), "an existing file") from None
     except (OSError, ValueError) as error:
         raise InvalidInput("scene", str(path), f"a readable UTF-8 text file ({error})") from None
-    return make_scene(_parse(text, str(path)), folder=path.parent, source=str(path))
+    data = _parse(text, str(path))
+    if isinstance(data, dict):
+        data.setdefault("name", path.stem or "scene")
+    return make_scene(data, folder=path.parent, source=str(path))
 
 
 def make_scene(data: object, folder: str | Path | None = None, source: str | None = None) -> Scene:
@@ -70,21 +82,26 @@ def make_scene(data: object, folder: str | Path | None = None, source: str | Non
 
 
 def check_scene(robot: Robot, scene: Scene) -> None:
-    """Check that a scene is one for this robot: a target for each hand, a start of the right size within the limits.
+    """Check that a scene is one for this robot: targets for its hands, a start of the right size within the limits.
 
     Raises:
         InvalidInput: If it is not.
     """
-    for hand, target in scene.targets.items():
-        if hand not in robot.hand_names:
-            valid = f"no such hand; the targets are for {_list(robot.hand_names)}"
-            raise InvalidInput(f"targets.{hand}", list(target), valid)
-        if len(target) != 3 or not all(math.isfinite(x) for x in target):
-            raise InvalidInput(f"targets.{hand}", target, "three finite numbers")
-    for hand in robot.hand_names:
-        if hand not in scene.targets:
-            valid = f"a target [x, y, z] for each of {_list(robot.hand_names)}"
-            raise InvalidInput(f"targets.{hand}", MISSING, valid)
+    for number, step in enumerate(scene.steps):
+        where = field_of_step(scene, number)
+        for hand, target in step.items():
+            if hand not in robot.hand_names:
+                valid = f"no such hand; the targets are for {_list(robot.hand_names)}"
+                raise InvalidInput(f"{where}.{hand}", target, valid)
+            point = (0.0, 0.0, 0.0) if target is None else position(target)
+            if len(point) != 3 or not all(math.isfinite(x) for x in point):
+                raise InvalidInput(f"{where}.{hand}", target, "three finite numbers")
+        for hand in robot.hand_names:
+            if hand not in step:
+                valid = f"a target [x, y, z] for each of {_list(robot.hand_names)}, null for a hand that has none"
+                raise InvalidInput(f"{where}.{hand}", MISSING, valid)
+        if all(target is None for target in step.values()):
+            raise InvalidInput(where, step, "a target for one hand at least")
     initial = tuple(robot.initial.tolist()) if scene.initial is None else scene.initial
     if len(initial) != robot.n:
         valid = f"{robot.n} numbers, for {_list(robot.joint_names)}; there are {len(initial)}"
@@ -93,6 +110,24 @@ def check_scene(robot: Robot, scene: Scene) -> None:
         if not robot.lower[i] <= value <= robot.upper[i]:
             valid = f"a position within the limits {robot.lower[i]:.6g} to {robot.upper[i]:.6g}"
             raise InvalidInput(f"initial[{i}] ({robot.joint_names[i]})", value, valid)
+
+
+def field_of_step(scene: Scene, number: int) -> str:
+    """Return the path of a step in its scene, as errors name it."""
+    return f"targets[{number}]" if isinstance(scene.targets, tuple) else "targets"
+
+
+def target_points(robot: Robot, scene: Scene) -> Array:
+    """Return the targets x_f (h, 3) in m of a scene that has one point for each hand.
+
+    Raises:
+        InvalidInput: If the scene asks for something else; not every method knows what to do then.
+    """
+    (step, *others) = scene.steps
+    points = [step.get(name) for name in robot.hand_names]
+    if others or not all(isinstance(point, tuple) for point in points):
+        raise InvalidInput("targets", scene.targets, "one point [x, y, z] for each hand, for this method")
+    return np.array(points, float)
 
 
 def is_of_a_scene(error: InvalidInput) -> bool:
@@ -104,13 +139,15 @@ def scene_schema(robot: Robot) -> dict[str, Any]:
     """Return the JSON Schema of scene files for a robot, which editors use for completion and checks."""
     schema = Scene.model_json_schema()
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
-    targets = schema["properties"]["targets"]
-    vector = targets.pop("additionalProperties")
-    targets |= {
-        "properties": dict.fromkeys(robot.hand_names, vector),
+    schema["required"].remove("name")
+    once, steps = schema["properties"]["targets"]["oneOf"]
+    target = once.pop("additionalProperties")
+    once |= {
+        "properties": dict.fromkeys(robot.hand_names, target),
         "required": list(robot.hand_names),
         "additionalProperties": False,
     }
+    steps["items"] = once
     start = schema["properties"]["initial"]["anyOf"][0]
     start |= {"minItems": robot.n, "maxItems": robot.n}
     return schema

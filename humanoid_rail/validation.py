@@ -67,6 +67,10 @@ def invalid_input(error: ValidationError, source: str | None = None) -> InvalidI
             return InvalidInput(field, value, str(context["error"]), source)
         case "mesh_file":
             return InvalidInput(f"{field}.file".removeprefix("scene."), context["file"], first["msg"], source)
+        case "dict_type":
+            return InvalidInput(field, value, "a mapping from the names of the hands to their targets", source)
+        case "too_short":
+            return InvalidInput(field, value, f"{context['min_length']} at least", source)
         case "tuple_type":
             return InvalidInput(field, value, "a list", source)
     return InvalidInput(field, value, first["msg"].removeprefix("Input should be ").replace("a valid ", "a "), source)
@@ -76,8 +80,9 @@ def _path(location: tuple[int | str, ...]) -> str:
     """Return pydantic's location as a path, without the names of types that it adds."""
     path = ""
     for before, part in zip((None, *location), location, strict=False):
-        # After an index pydantic names the type of the obstacle; and it names the members of a union of numbers.
-        is_type = (isinstance(before, int) and isinstance(part, str)) or "constrained" in str(part)
+        # After an index pydantic names the type of the obstacle; and it names the members of unions.
+        of_obstacle = isinstance(before, int) and isinstance(part, str) and location[0] == "obstacles"
+        is_type = of_obstacle or "constrained" in str(part) or str(part).startswith("<")
         if not is_type:
             path += f"[{part}]" if isinstance(part, int) else f".{part}"
     return path.lstrip(".")

@@ -35,11 +35,14 @@ from humanoid_rail.obstacles import HalfSpace
 from humanoid_rail.robot import Robot
 from humanoid_rail.scene import Scene
 from humanoid_rail.shapes import PlacedShape, placed_shapes
+from humanoid_rail.targets import direction, position
 from humanoid_rail.trajectory import Status, Trajectory
 
 FRAMES_PER_SECOND = 30
 HOLD = 1.5
 """How long the view rests on the last configuration before the animation starts over, s."""
+THORN = 0.45
+"""Length of what shows in which direction a hand has to point, m."""
 HAND_COLOURS = (0x1F70CC, 0xE86B1A, 0x2E9E5B, 0x8E44AD)
 OBSTACLE_COLOUR = 0xC0305A
 WALL_COLOUR = 0x7C8792
@@ -216,8 +219,12 @@ def _publish(view: meshcat.Visualizer, robot: Robot, scene: Scene, trajectory: T
                 material = mg.LineBasicMaterial(OBSTACLE_COLOUR)
                 view[f"obstacles/{i}/{j}/edges"].set_object(mg.LineSegments(edges, material))
     clearance = _clearance(trajectory, pairs)
+    for number, step in enumerate(scene.steps):
+        for i, name in enumerate(trajectory.hand_names):
+            if (target := step[name]) is not None:
+                towards = direction(target, robot.hands[i].pointing)
+                _draw_target(view[f"targets/{number}/{name}"], np.array(position(target)), towards, _hand_colour(i))
     for i, name in enumerate(trajectory.hand_names):
-        _draw_target(view[f"targets/{name}"], np.array(scene.targets[name]), _hand_colour(i))
         colours = np.tile(_rgb(_hand_colour(i)), (len(trajectory.t), 1)) if clearance is None else _colours(clearance)
         _draw_trace(view[f"traces/{name}"], trajectory.hands[:, i], colours)
     shown = [kind for kind, closest in pairs._asdict().items() if closest]
@@ -356,9 +363,16 @@ def _plane(shape: coal.Halfspace) -> Array:
     return T
 
 
-def _draw_target(view: meshcat.Visualizer, at: Array, colour: int) -> None:
+def _draw_target(view: meshcat.Visualizer, at: Array, towards: Array | None, colour: int) -> None:
+    """Draw a target, and a thorn towards it along the direction in which the hand has to point, if there is one."""
     view["point"].set_object(mg.Sphere(0.035), mg.MeshPhongMaterial(color=colour))
     view["halo"].set_object(mg.Sphere(0.09), mg.MeshPhongMaterial(color=colour, opacity=0.3, transparent=True))
+    if towards is not None:
+        view["thorn"].set_object(
+            mg.Cylinder(THORN, radiusTop=0.0, radiusBottom=0.04), mg.MeshPhongMaterial(color=colour)
+        )
+        turn = pin.Quaternion.FromTwoVectors(np.array([0.0, 1.0, 0.0]), towards).matrix()
+        view["thorn"].set_transform(pin.SE3(turn, -THORN / 2 * towards).homogeneous)
     view.set_transform(mt.translation_matrix(at))
 
 

@@ -25,12 +25,13 @@ from humanoid_rail.engines import Engine
 from humanoid_rail.goals import blocked_target, out_of_reach, seeds
 from humanoid_rail.integration import Integration, Settings
 from humanoid_rail.limits import sampled
+from humanoid_rail.obstacles import Obstacle
 from humanoid_rail.paths import round_corners, time_path
 from humanoid_rail.resolution import Gains, penalty
 from humanoid_rail.robot import Robot
 from humanoid_rail.safety import Safety
 from humanoid_rail.sampling import Validity
-from humanoid_rail.scene import Scene
+from humanoid_rail.tasks import Task
 from humanoid_rail.trajectory import Status
 from humanoid_rail.ways import QP, WaySearch
 
@@ -67,62 +68,63 @@ class Way:
 
 
 def find_way(
-    robot: Robot,
-    scene: Scene,
+    task: Task,
+    obstacles: tuple[Obstacle, ...],
     computing: Engine,
     kinematics: Any,
     start: Array,
     gains: Gains,
     safety: Safety,
     settings: Settings,
-    seed: int,
+    random: np.random.Generator,
 ) -> Way:
     """Look for a way from a start to the targets among obstacles at rest.
 
     Args:
-        robot: The robot.
-        scene: Targets and obstacles.
+        task: The robot and its targets.
+        obstacles: What it has to keep clear of.
         computing: The engine.
         kinematics: The robot among the obstacles, of that engine.
         start: Configuration (n,), m and rad, at which nothing touches.
         gains: Parameters of eq. 4.9.
         safety: Parameters of the constraints.
         settings: When a motion ends, and how long planning may take.
-        seed: Of the random numbers.
+        random: For goals and ways.
     """
+    robot, targets = task.robot, task.targets
     searching = (1.0 - RESERVE) * settings.max_planning_time
     deadline = time.perf_counter() + searching
-    targets = np.array([scene.targets[name] for name in robot.hand_names])
-    random = np.random.default_rng(seed)
     # In whole steps, at least one.
     steps = max(1, int(STEP / gains.diagonal(targets.size).max() / settings.dt))
     coarse = replace(settings, dt=steps * settings.dt, max_planning_time=searching)
     # It keeps as far away as a way has to, so that its path is one.
     wider = replace(safety, safety_distance=safety.safety_distance + 2 * SPARE)
     motion = computing.rollout(kinematics, start, targets, gains, wider, coarse)
-    arrived = motion.status is Status.REACHED
+    # It turns no hand.
+    arrived = motion.status is Status.REACHED and not task.is_oriented
     if arrived and len(motion.q) == 1:
         return Way(Status.REACHED, motion.reason, motion.evaluations, motion.q, found_by=QP)
     if not arrived:
         # Nearer to things, it may still get there: then its motion is the plan, as it is.
         asked = computing.rollout(kinematics, start, targets, gains, safety, coarse)
-        if asked.status is Status.REACHED:
+        if asked.status is Status.REACHED and not task.is_oriented:
             reason = "nothing but the safe velocity gets there without coming nearer to something"
             return Way(Status.STUCK, reason, asked.evaluations)
-        fault = blocked_target(robot, scene, safety.safety_distance, settings.tolerance)
+        fault = blocked_target(robot, targets, obstacles, safety.safety_distance, settings.tolerance)
         if fault is not None:
             return Way(Status.TARGET_IN_COLLISION, fault, motion.evaluations)
-        fault = out_of_reach(robot, targets, start, computing, random, settings.tolerance, deadline)
+        fault = out_of_reach(task, start, computing, random, settings.tolerance, deadline)
         if fault is not None:
             return Way(Status.TARGET_OUT_OF_REACH, fault, motion.evaluations)
 
     first, distance, least = _first_clear(kinematics, motion.q, safety.safety_distance + SPARE)
-    validity = computing.validity(robot, scene.obstacles, distance)
-    solver, weights = computing.inverse_kinematics(robot, scene.obstacles), np.ones(targets.size)
+    validity = computing.validity(robot, obstacles, distance)
+    points = task.points.ravel()
+    solver, weights = computing.inverse_kinematics(task.posed, obstacles), np.ones(points.size)
     search = WaySearch(
         robot=robot,
         validity=validity,
-        solve=lambda q: solver.solve(q, targets.ravel(), weights, distance),
+        solve=lambda q: solver.solve(q, points, weights, distance),
         distance=distance,
         start=motion.q[first],
         seeds=chain([motion.q[-1]], seeds(robot, motion.q[first], random)),
@@ -145,11 +147,11 @@ def find_way(
     )
     if search.best is None:
         return way
-    loose = computing.validity(robot, scene.obstacles, distance - min(SPARE / 2, 0.05 * distance))
+    loose = computing.validity(robot, obstacles, distance - min(SPARE / 2, 0.05 * distance))
     path = round_corners(robot, np.vstack([motion.q[:first], search.best]), loose.holds_between)
     if first > 0:
         # Where it began too near, corners are left; there no more can be asked for.
-        loose = computing.validity(robot, scene.obstacles, 0.99 * least)
+        loose = computing.validity(robot, obstacles, 0.99 * least)
         path = round_corners(robot, path, loose.holds_between)
     left = float(np.linalg.norm(kinematics.measure(path[-1], 0.0).hands - targets))
     return replace(
