@@ -16,6 +16,8 @@ from test_scene import VALID
 from humanoid_rail import InvalidInput, Robot, load_scene, plan
 
 CUBE = Path(__file__).parent / "cube.obj"
+# What a scene may be without.
+OPTIONAL = ("name", "initial", "rpy", "scale")
 
 # Values that no field of a scene takes.
 JUNK = st.one_of(
@@ -50,18 +52,18 @@ def malformed(draw: st.DrawFn) -> str:
         # Characters that YAML or UTF-8 forbids everywhere; at the start also openings that nothing closes.
         bad = ["\x01", "\x0b", "\ud800"] + ["{", "[", "'", "*x ", "@", "%", "]"] * (at == 0)
         return text[:at] + draw(st.sampled_from(bad)) + text[at:]
-    required = [p for p in paths(data) if p and p != ("initial",) and p[-1] != "rpy"]
-    path = draw(st.sampled_from(required))
+    path = draw(st.sampled_from([p for p in paths(data) if p]))
     node: Any = data
     for key in path[:-1]:
         node = node[key]
-    if how == "replace":
-        node[path[-1]] = draw(JUNK)
+    if how == "replace" or (how == "remove" and path[-1] in OPTIONAL):
+        # A start may be missing, and so may the target of a hand.
+        node[path[-1]] = draw(JUNK.filter(lambda junk: junk is not None or path[0] not in ("initial", "targets")))
         return json.dumps(data)
     if isinstance(node, list):  # elements of lists have no names: change how many there are, or what one is
         node[path[-1]] = draw(JUNK)
     elif how == "add":
-        node[draw(st.text(min_size=1).filter(lambda key: key not in node and key not in ("initial", "rpy")))] = 1
+        node[draw(st.text(min_size=1).filter(lambda key: key not in node and key not in OPTIONAL))] = 1
     elif path != ("obstacles",):
         value = node.pop(path[-1])
         if how == "rename":
@@ -99,14 +101,13 @@ def test_any_text_is_a_scene_or_an_error(at: int, what: str, tmp_path_factory: p
 def test_malformed_scenes_on_the_command_line(
     text: str, tmp_path_factory: pytest.TempPathFactory, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    from plan import main
-
     from humanoid_rail.cli import run
+    from humanoid_rail.commands.plan import command
 
     folder: Path = tmp_path_factory.mktemp("scene")
     (folder / "scene.yaml").write_text(text, encoding="utf-8", errors="surrogatepass")
     with pytest.raises(SystemExit) as caught:
-        run(main, [str(folder / "scene.yaml"), "--out", str(folder / "out")])
+        run(command, [str(folder / "scene.yaml"), "--out", str(folder / "out")])
     output = capfd.readouterr()
     assert caught.value.code == 2
     assert output.err.startswith("error: ")
