@@ -15,6 +15,7 @@ from humanoid_rail.obstacles import Sphere
 from humanoid_rail.paper import SweepPoint
 from humanoid_rail.robot import Robot
 from humanoid_rail.scene import Scene
+from humanoid_rail.targets import position
 from humanoid_rail.trajectory import Trajectory
 
 TORSO, HANDS, OBSTACLE = "#3b4252", ("#1f70cc", "#e86b1a"), "#d6453d"
@@ -40,7 +41,9 @@ def motion_figure(robot: Robot, scene: Scene, trajectory: Trajectory, title: str
             axes.plot(*bone.T, color=colour, marker="o", linestyle="-" if k else (0, (2, 0.6)), **style)
     for hand, colour, name in zip(np.moveaxis(trajectory.hands, 1, 0), HANDS, trajectory.hand_names, strict=False):
         axes.plot(*hand.T, color=colour, linewidth=1.0, label=f"{name} hand")
-        axes.scatter(*scene.targets[name], color=colour, marker="*", s=140, edgecolor="black", linewidth=0.6)
+        for step in scene.steps:
+            if (target := step[name]) is not None:
+                axes.scatter(*position(target), color=colour, marker="*", s=140, edgecolor="black", linewidth=0.6)
     for obstacle in scene.obstacles:
         if isinstance(obstacle, Sphere):
             axes.plot_surface(*_sphere(obstacle), color=OBSTACLE, alpha=0.6, linewidth=0, shade=False)
@@ -105,6 +108,37 @@ def sweep_figure(sweeps: Sequence[tuple[str, Sequence[SweepPoint], tuple[float, 
         above.legend(frameon=False, fontsize=8)
     grid[0, 0].set(ylabel="least clearance [m]")
     grid[1, 0].set(ylabel=r"final manipulability $\mu$")
+    return figure
+
+
+def timing_figure(robot: Robot, trajectories: Mapping[str, Trajectory]) -> Figure:
+    """Return velocities and accelerations of all joints over time, in units of their limits, a column per trajectory.
+
+    Where a trajectory has no timing they are differences of its samples.
+
+    Args:
+        robot: The robot.
+        trajectories: Motions by what they are called.
+    """
+    figure = Figure(figsize=(1.0 + 3.2 * len(trajectories), 4.6), layout="constrained")
+    grid = figure.subplots(2, len(trajectories), sharex="col", squeeze=False)
+    for column, (name, trajectory) in zip(grid.T, trajectories.items(), strict=True):
+        t, timing = trajectory.t, trajectory.timing
+        rates = (
+            (np.gradient(trajectory.q, t, axis=0), np.gradient(np.gradient(trajectory.q, t, axis=0), t, axis=0))
+            if timing is None
+            else (timing.velocity, timing.acceleration)
+        )
+        for axes, rate, limit in zip(column, rates, (robot.velocity_limit, robot.acceleration_limit), strict=True):
+            axes.plot(t, rate / limit, linewidth=0.9)
+            axes.axhspan(-1.0, 1.0, color="black", alpha=0.06, linewidth=0)
+            # An infinite acceleration is as large as the samples are close: what matters is that it is beyond.
+            axes.set_ylim(*(np.array([-1.0, 1.0]) * float(np.clip(1.1 * abs(rate / limit).max(), 1.1, 3.0))))
+            _finish(axes, trajectory, legend=False)
+        column[0].set_title(f"{name}, {trajectory.duration:.2f} s", fontsize=10)
+        column[1].set(xlabel="time [s]")
+    for axes, quantity in zip(grid[:, 0], ("velocity", "acceleration"), strict=True):
+        axes.set(ylabel=f"{quantity} / its limit")
     return figure
 
 

@@ -19,7 +19,7 @@ class Violation:
 
     joint: str
     quantity: str
-    """`position` (m or rad) or `velocity` (m/s or rad/s)."""
+    """`position` (m or rad), `velocity` (m/s or rad/s) or `acceleration` (m/s^2 or rad/s^2)."""
     value: float
     """The value farthest beyond the limit."""
     limit: float
@@ -38,6 +38,8 @@ class Motion:
     """Configurations (N, n), m and rad."""
     velocity: Array
     """(N, n), m/s and rad/s."""
+    acceleration: Array | None = None
+    """(N, n), m/s^2 and rad/s^2; None for a motion that is linear between its samples, and has none."""
 
 
 def sampled(t: Array, q: Array) -> Motion:
@@ -47,10 +49,7 @@ def sampled(t: Array, q: Array) -> Motion:
 
 
 def limit_violations(robot: Robot, *motions: Motion) -> tuple[Violation, ...]:
-    """Return for each joint the worst excess over its position limits and over its velocity limit.
-
-    Accelerations are not judged: a motion that is linear between its samples has none.
-    """
+    """Return for each joint the worst excess over its limits of position, velocity and acceleration."""
     t = np.concatenate([motion.t for motion in motions])
     q = np.vstack([motion.q for motion in motions])
     velocity = np.vstack([motion.velocity for motion in motions])
@@ -58,6 +57,10 @@ def limit_violations(robot: Robot, *motions: Motion) -> tuple[Violation, ...]:
         *_worst(robot, "position", t, q, robot.lower, robot.upper),
         *_worst(robot, "velocity", t, velocity, -robot.velocity_limit, robot.velocity_limit),
     ]
+    for motion in motions:
+        if motion.acceleration is not None:
+            limit = robot.acceleration_limit
+            found += _worst(robot, "acceleration", motion.t, motion.acceleration, -limit, limit)
     return tuple(sorted(found, key=lambda violation: robot.joint_names.index(violation.joint)))
 
 

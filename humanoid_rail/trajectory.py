@@ -1,25 +1,20 @@
-"""The frozen result of planning; reading and writing it."""
+"""The frozen result of planning."""
 
 from __future__ import annotations
 
-import csv
-import json
-import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from enum import StrEnum
-from io import BytesIO, StringIO
-from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 
-from humanoid_rail.arrays import Array, FrozenArrays, frozen
-from humanoid_rail.certificate import Certificate, Contact
-from humanoid_rail.errors import InvalidInput
+from humanoid_rail.arrays import Array, FrozenArrays
+from humanoid_rail.certificate import Certificate
 from humanoid_rail.limits import Violation
 from humanoid_rail.search import PathQuality, Search
+from humanoid_rail.timing import Timing
 
 
 class Status(StrEnum):
@@ -50,7 +45,7 @@ class Trajectory(FrozenArrays):
     """A planned motion, sampled. Arrays are read-only. N samples, n joints, h hands, O obstacles."""
 
     t: Array
-    """Time (N,) in s: 0, dt, 2 dt, ... and the end."""
+    """Time (N,) in s: 0, dt, 2 dt, ... and the end; of several legs so from the beginning of each."""
     q: Array
     """Configurations (N, n), m and rad."""
     hands: Array
@@ -71,6 +66,10 @@ class Trajectory(FrozenArrays):
     """For each joint the worst excess over each of its limits."""
     certificate: Certificate
     """What is proven of the motion between its samples, for the obstacles and between the links."""
+    timing: Timing | None
+    """How the motion was retimed; None for the timing of the method, which is linear in q between samples."""
+    arrivals: tuple[float, ...]
+    """When the hands are at each of the scene's targets in turn, s; those that were not reached are missing."""
     planning_time: float
     """s, the certificate included."""
     certification_time: float
@@ -93,8 +92,8 @@ class Trajectory(FrozenArrays):
     """How q_dot was found."""
     engine: str
     """What computed it, `native` or `python`."""
-    settings: Mapping[str, float | Sequence[float]]
-    """The arguments of :func:`plan`: gains, tolerances and times."""
+    settings: Mapping[str, float | Sequence[float] | Sequence[str]]
+    """The arguments of :func:`plan`: gains, tolerances and times, and the names of objectives."""
 
     def __repr__(self) -> str:
         said = f"{self.status}, {self.duration:.4f} s, {len(self.t)} samples"
@@ -141,8 +140,14 @@ class Trajectory(FrozenArrays):
         return self.certificate.clearance_bound
 
     def configuration(self, t: float) -> Array:
-        """Return q (n,) at a time in s: linear between samples, the first or last one outside."""
-        return np.array([np.interp(t, self.t, column) for column in self.q.T])
+        """Return q (n,) at a time in s, the first or last one outside the motion.
+
+        Between samples it is linear, or a cubic if the motion was retimed.
+        """
+        if self.timing is None:
+            return np.array([np.interp(t, self.t, column) for column in self.q.T])
+        spline = CubicHermiteSpline(self.t, self.q, self.timing.velocity)
+        return np.asarray(spline(np.clip(t, self.t[0], self.t[-1])), float)
 
     def summary(self) -> dict[str, Any]:
         """Return the result without its samples, as plain data: what `summary.json` holds."""
@@ -164,6 +169,8 @@ class Trajectory(FrozenArrays):
             "min_clearance_self": self.min_clearance_self,
             "clearance_bound": self.clearance_bound,
             "contact": None if self.certificate.contact is None else asdict(self.certificate.contact),
+            "arrivals": list(self.arrivals),
+            "peaks": None if self.timing is None else [_finite(asdict(peak)) for peak in self.timing.peaks],
             "manipulability_final": float(self.manipulability[-1]),
             "violations": [asdict(violation) for violation in self.violations],
             "scene": self.scene,
@@ -175,135 +182,6 @@ class Trajectory(FrozenArrays):
         }
 
 
-def write_trajectory(
-    trajectory: Trajectory, folder: str | Path, extra: Iterable[tuple[str, str]] = ()
-) -> tuple[Path, ...]:
-    """Write `trajectory.npz`, `trajectory.csv` and `summary.json` to a folder, which is made if need be.
-
-    The files appear whole and together, or none of them; files of the same names are replaced.
-
-    Args:
-        trajectory: What to write.
-        folder: Where to.
-        extra: Further text files, by name and content.
-
-    Returns:
-        The files written.
-
-    Raises:
-        InvalidInput: If the folder cannot be written to.
-    """
-    files = {
-        "trajectory.npz": _npz(trajectory),
-        "trajectory.csv": _csv(trajectory).encode(),
-        **{name: text.encode() for name, text in extra},
-        "summary.json": (json.dumps(trajectory.summary(), indent=2) + "\n").encode(),
-    }
-    check_folder(folder)
-    folder = Path(folder)
-    made = not folder.exists()
-    unfinished = {folder / name: folder / f".{name}.{os.getpid()}" for name in files}
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for path, part in unfinished.items():
-            part.write_bytes(files[path.name])
-        for path, part in unfinished.items():
-            part.replace(path)
-    except OSError as error:
-        for part in unfinished.values():
-            part.unlink(missing_ok=True)
-        if made and folder.is_dir() and not any(folder.iterdir()):
-            folder.rmdir()
-        raise InvalidInput("out", str(folder), f"a folder that can be written to ({error})") from error
-    return tuple(unfinished)
-
-
-def check_folder(folder: str | Path) -> None:
-    """Check, without making it, that a folder can be written to or made.
-
-    Raises:
-        InvalidInput: If it cannot.
-    """
-    path = Path(folder)
-    try:
-        above = next(p for p in (path, *path.resolve().parents) if p.exists())
-    except OSError as error:
-        raise InvalidInput("out", str(folder), f"a folder that can be written to ({error})") from error
-    if not str(folder) or not above.is_dir() or not os.access(above, os.W_OK | os.X_OK):
-        raise InvalidInput("out", str(folder), f"a folder that can be written to; {above} is none")
-
-
-def read_trajectory(folder: str | Path) -> Trajectory:
-    """Return the trajectory that :func:`write_trajectory` wrote to a folder.
-
-    Raises:
-        InvalidInput: If the folder does not hold one.
-    """
-    folder = Path(folder)
-    try:
-        summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-        with np.load(folder / "trajectory.npz") as arrays:
-            return Trajectory(
-                t=frozen(arrays["t"]),
-                q=frozen(arrays["q"]),
-                hands=frozen(np.stack([arrays[name] for name in summary["hand_names"]], axis=1)),
-                clearance=frozen(arrays["clearance"]),
-                manipulability=frozen(arrays["manipulability"]),
-                status=Status(summary["status"]),
-                reason=summary["reason"],
-                violations=tuple(Violation(**violation) for violation in summary["violations"]),
-                certificate=_certificate(summary),
-                planning_time=summary["planning_time"],
-                certification_time=summary["certification_time"],
-                evaluations=summary["evaluations"],
-                found_by=summary["found_by"],
-                path=PathQuality(**summary["path"]),
-                search=_search(summary["search"]),
-                joint_names=tuple(summary["joint_names"]),
-                hand_names=tuple(summary["hand_names"]),
-                scene=summary["scene"],
-                method=summary["method"],
-                engine=summary["engine"],
-                settings=summary["settings"],
-            )
-    except (OSError, ValueError, KeyError, TypeError, BadZipFile) as error:
-        valid = f"a folder with trajectory.npz and summary.json ({error})"
-        raise InvalidInput("trajectory", str(folder), valid) from error
-
-
-def _certificate(summary: Mapping[str, Any]) -> Certificate:
-    contact = summary["contact"]
-    if contact is not None:
-        contact = Contact(**{**contact, "point": tuple(contact["point"])})
-    numbers = {name: summary[name] for name in ("min_clearance_obstacles", "min_clearance_self", "clearance_bound")}
-    return Certificate(certified=summary["certified"], contact=contact, **numbers)
-
-
-def _search(summary: Mapping[str, Any] | None) -> Search | None:
-    if summary is None:
-        return None
-    raw = summary["raw"]
-    return Search(**{**summary, "raw": None if raw is None else PathQuality(**raw)})
-
-
-def _npz(trajectory: Trajectory) -> bytes:
-    buffer = BytesIO()
-    arrays: dict[str, Any] = {
-        "t": trajectory.t,
-        "q": trajectory.q,
-        **{name: trajectory.hands[:, i] for i, name in enumerate(trajectory.hand_names)},
-        "clearance": trajectory.clearance,
-        "manipulability": trajectory.manipulability,
-    }
-    np.savez_compressed(buffer, **arrays)
-    return buffer.getvalue()
-
-
-def _csv(trajectory: Trajectory) -> str:
-    text = StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    coordinates = [f"{hand}_{axis}" for hand in trajectory.hand_names for axis in "xyz"]
-    writer.writerow(["t", *trajectory.joint_names, *coordinates])
-    hands = trajectory.hands.reshape(len(trajectory.t), -1)
-    writer.writerows(np.column_stack([trajectory.t, trajectory.q, hands]).tolist())
-    return text.getvalue()
+def _finite(peak: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a peak as JSON has it, which knows no infinity."""
+    return {name: None if value == np.inf else value for name, value in peak.items()}

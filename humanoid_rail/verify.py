@@ -12,10 +12,11 @@ import numpy as np
 from humanoid_rail.arrays import Array
 from humanoid_rail.certificate import Certificate
 from humanoid_rail.engines import get_engine
-from humanoid_rail.errors import InvalidInput
+from humanoid_rail.errors import InvalidInput, check_kind
 from humanoid_rail.obstacles import FARTHEST
-from humanoid_rail.robot import Robot
+from humanoid_rail.robot import Robot, check_joint_names
 from humanoid_rail.scene import Scene
+from humanoid_rail.spline import certify_spline
 
 
 class SampledMotion(Protocol):
@@ -35,8 +36,9 @@ class SampledMotion(Protocol):
 def verify(robot: Robot, scene: Scene, trajectory: SampledMotion, *, engine: str = "native") -> Certificate:
     """Prove that a motion touches no obstacle and that no links touch each other, between its samples neither.
 
-    The motion is linear in q between its samples, whatever made it. Nothing else of the trajectory is believed. Neither
-    are limits looked at, nor what comes after the last sample; see docs/safety.md.
+    The motion is linear in q between its samples, whatever made it, or the cubic spline through positions and
+    velocities if it has a :class:`humanoid_rail.Timing`. Nothing else of the trajectory is believed. Neither are limits
+    looked at, nor what comes after the last sample; see docs/safety.md.
 
     Args:
         robot: The robot.
@@ -50,22 +52,23 @@ def verify(robot: Robot, scene: Scene, trajectory: SampledMotion, *, engine: str
     Raises:
         InvalidInput: If the trajectory is for another robot, or its times or configurations are not valid.
     """
-    for name, value, kind in (("robot", robot, Robot), ("scene", scene, Scene)):
-        if not isinstance(value, kind):
-            raise InvalidInput(name, value, f"a {kind.__name__}")
+    check_kind("robot", robot, Robot)
+    check_kind("scene", scene, Scene)
     try:
         t, q = np.array(trajectory.t, float), np.array(trajectory.q, float)
     except (AttributeError, TypeError, ValueError) as error:
         valid = f"something with times t (N,) and configurations q (N, n), such as a Trajectory ({error})"
         raise InvalidInput("trajectory", trajectory, valid) from error
-    names = getattr(trajectory, "joint_names", None) or robot.joint_names
-    if tuple(names) != robot.joint_names:
-        raise InvalidInput("trajectory.joint_names", names, f"those of the robot: {', '.join(robot.joint_names)}")
+    check_joint_names(robot, getattr(trajectory, "joint_names", None) or robot.joint_names)
     if q.ndim != 2 or q.shape[1] != robot.n or not len(q):
         raise InvalidInput("trajectory.q", q.shape, f"an array of shape (N, {robot.n}), N not less than 1")
     if t.shape != (len(q),):
         raise InvalidInput("trajectory.t", t.shape, f"an array of shape ({len(q)},), a time for each configuration")
-    for name, values in (("t", t), ("q", q)):
+    timing = getattr(trajectory, "timing", None)
+    velocity = None if timing is None else np.array(timing.velocity, float)
+    if velocity is not None and velocity.shape != q.shape:
+        raise InvalidInput("trajectory.timing.velocity", velocity.shape, f"an array of the shape of q, {q.shape}")
+    for name, values in (("t", t), ("q", q), *([("timing.velocity", velocity)] if velocity is not None else [])):
         size = abs(values)
         if not size.max() <= FARTHEST:  # nor if one is no number
             valid = f"finite numbers, at most {FARTHEST:g} in size: beyond that double precision tells little"
@@ -73,4 +76,7 @@ def verify(robot: Robot, scene: Scene, trajectory: SampledMotion, *, engine: str
     if (t[1:] <= t[:-1]).any():
         k = int(np.flatnonzero(t[1:] <= t[:-1])[0]) + 1
         raise InvalidInput(f"trajectory.t[{k}]", float(t[k]), f"a time after {t[k - 1]:g}, that of the sample before")
-    return get_engine(engine).certify(robot, scene.obstacles, t, q)
+    certify = get_engine(engine).certify
+    if velocity is None:
+        return certify(robot, scene.obstacles, t, q)
+    return certify_spline(robot, scene.obstacles, t, q, velocity, certify)

@@ -5,14 +5,16 @@ from __future__ import annotations
 import shutil
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 import humanoid_rail
-from humanoid_rail import Robot, Scene, Trajectory, load_robot, paper_scene
+from humanoid_rail import Robot, Scene, Timing, Trajectory, load_robot, paper_scene
 from humanoid_rail.engines import ENGINES, get_engine, why_not_native
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -101,6 +103,28 @@ def assert_gradient(
     numeric = central_difference(f, q)
     assert numeric.shape == gradient.shape
     assert np.linalg.norm(gradient - numeric) <= rtol * np.linalg.norm(gradient)
+
+
+def rest_to_rest(robot: Robot, trajectory: Trajectory, duration: float, dt: float = 0.01) -> Trajectory:
+    """Return a motion along the path of another from rest to rest: by a polynomial of degree five in the path's length.
+
+    Neither limits nor clearances are looked at.
+    """
+    steps = np.linalg.norm(np.diff(trajectory.q, axis=0) / robot.velocity_limit, axis=1)
+    length = np.concatenate([[0.0], np.cumsum(steps)])
+    t = np.linspace(0.0, duration, round(duration / dt) + 1)
+    u = t / duration
+    s = length[-1] * np.clip(10 * u**3 - 15 * u**4 + 6 * u**5, 0.0, 1.0)
+    speed = (length[-1] / duration * 30 * (u**2 - 2 * u**3 + u**4))[:, None]
+    gain = (length[-1] / duration**2 * 60 * (u - 3 * u**2 + 2 * u**3))[:, None]
+    path = CubicSpline(length, trajectory.q)
+    timing = Timing(path(s, 1) * speed, path(s, 2) * speed**2 + path(s, 1) * gain, ())
+    kinematics = humanoid_rail.Kinematics(robot)
+    hands = np.array([kinematics.hand_positions(q) for q in path(s)]).reshape(len(t), -1, 3)
+    clearance, ones = np.full((len(t), trajectory.clearance.shape[1]), np.inf), np.ones(len(t))
+    return replace(
+        trajectory, t=t, q=path(s), hands=hands, clearance=clearance, manipulability=ones, timing=timing, arrivals=()
+    )
 
 
 @pytest.fixture(scope="session")
