@@ -1,0 +1,222 @@
+"""Plays a motion in MuJoCo. Needs only mujoco and numpy: a copy of this file, `play.py`, lies beside every export.
+
+    python play.py              the viewer, in a loop
+    python play.py --headless   simulates once; prints how well the robot follows and what it touches
+
+The robot is driven, not placed: each actuated joint has a position drive, whose force is kp (ctrl - q) - kv q_dot. With
+ctrl = q_ref + (kv / kp) q_dot_ref that is kp (q_ref - q) + kv (q_dot_ref - q_dot), so that the damping does not hold
+back the motion.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+HOLD = 1.5
+"""How long the viewer rests at the end of the motion before it starts over, s."""
+FRAMES_PER_SECOND = 50
+
+
+@dataclass(frozen=True)
+class Touch:
+    """Two bodies in contact."""
+
+    time: float
+    """When they are first, s."""
+    one: str
+    """A collision body of the robot or an obstacle."""
+    other: str
+    depth: float
+    """How deep they are inside each other at worst, m."""
+
+
+@dataclass(frozen=True)
+class Tracking:
+    """How well the simulated robot follows a motion."""
+
+    largest_hand_error: float
+    """Of any hand at any time, m."""
+    final_hand_error: float
+    """Of the worst hand at the end of the motion, m."""
+    contacts: tuple[Touch, ...]
+    """Each pair once, by time."""
+    largest_forces: dict[str, float]
+    """Of the drives, what holds the robot against gravity included, by joint; N or N m."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What `trajectory.npz` holds. N samples, nq joints, n actuated ones, h hands, k moving obstacles."""
+
+    time: Array
+    """(N,), s."""
+    qpos: Array
+    """(N, nq), m and rad; between the samples it is the cubic spline through qpos and qvel."""
+    qvel: Array
+    """(N, nq), m/s and rad/s."""
+    ctrl: Array
+    """What the drives are given at the samples (N, n), m and rad."""
+    hands: Array
+    """Positions of the hands (N, h, 3), m."""
+    mocap: Array
+    """How far the moving obstacles have come (N, k, 3), m."""
+
+    def at(self, t: float) -> tuple[Array, Array]:
+        """Return qpos and qvel (nq,) at a time in s; before the start and after the end it rests there."""
+        if not self.time[0] <= t < self.time[-1]:
+            end = 0 if t < self.time[0] else -1
+            return self.qpos[end], np.zeros_like(self.qvel[end])
+        i = int(np.searchsorted(self.time, t, side="right")) - 1
+        h = self.time[i + 1] - self.time[i]
+        s = (t - self.time[i]) / h
+        (a, b), (u, v) = self.qpos[i : i + 2], self.qvel[i : i + 2] * h
+        c, d = 3 * (b - a) - 2 * u - v, 2 * (a - b) + u + v
+        return a + s * (u + s * (c + s * d)), (u + s * (2 * c + 3 * s * d)) / h
+
+    def displacement(self, t: float) -> Array:
+        """Return how far the moving obstacles have come (k, 3) at a time in s, m."""
+        flat = self.mocap.reshape(len(self.time), -1)
+        return np.array([np.interp(t, self.time, column) for column in flat.T]).reshape(-1, 3)
+
+
+def load(folder: str | Path) -> tuple[mujoco.MjModel, Motion]:
+    """Return the model and the motion of an exported folder."""
+    folder = Path(folder)
+    with np.load(folder / "trajectory.npz") as arrays:
+        motion = Motion(**arrays)
+    return mujoco.MjModel.from_xml_path(str(folder / "scene.xml")), motion
+
+
+def start(model: mujoco.MjModel, motion: Motion) -> mujoco.MjData:
+    """Return the robot at the start of the motion."""
+    data = mujoco.MjData(model)
+    reset(model, data, motion)
+    return data
+
+
+def reset(model: mujoco.MjModel, data: mujoco.MjData, motion: Motion) -> None:
+    """Put the robot to the start of the motion."""
+    mujoco.mj_resetDataKeyframe(model, data, model.key("start").id)
+    data.qvel[:] = motion.qvel[0]
+
+
+def control(model: mujoco.MjModel, motion: Motion, t: float) -> Array:
+    """Return what the drives are given (n,) at a time in s."""
+    driven = model.actuator_trnid[:, 0]
+    qpos, qvel = motion.at(t)
+    kp, kv = -model.actuator_biasprm[:, 1], -model.actuator_biasprm[:, 2]
+    return np.asarray(qpos[model.jnt_qposadr[driven]] + kv / kp * qvel[model.jnt_dofadr[driven]])
+
+
+def step(model: mujoco.MjModel, data: mujoco.MjData, motion: Motion) -> None:
+    """Simulate one step of the motion."""
+    data.ctrl[:] = control(model, motion, data.time)
+    data.mocap_pos[:] = motion.displacement(data.time)
+    mujoco.mj_step(model, data)
+
+
+def track(folder: str | Path) -> Tracking:
+    """Simulate the motion of an exported folder once, and return how well the robot follows it."""
+    model, motion = load(folder)
+    data, reference = start(model, motion), mujoco.MjData(model)
+    duration = motion.time[-1] - motion.time[0]
+    steps = int(np.ceil(duration / model.opt.timestep))
+    model.opt.timestep = duration / steps  # the last step ends with the motion
+    hands = [i for i in range(model.nsite) if model.site(i).name.endswith("_hand")]
+    touches: dict[tuple[int, int], Touch] = {}
+    dofs, kv = model.jnt_dofadr[model.actuator_trnid[:, 0]], -model.actuator_biasprm[:, 2]
+    forces = np.zeros(model.nu)
+    worst = error = 0.0
+    for _ in range(steps):
+        before = data.qvel[dofs]
+        step(model, data, motion)
+        # The integrator damps by the velocity at the end of the step; qfrc_actuator has that at its start.
+        damped = data.qfrc_actuator[dofs] - kv * (data.qvel[dofs] - before)
+        forces = np.maximum(forces, abs(damped))
+        for i in range(data.ncon):
+            _note(model, touches, data.contact[i], data.time - model.opt.timestep)
+        reference.qpos[:] = motion.at(data.time)[0]
+        mujoco.mj_kinematics(model, reference)
+        mujoco.mj_kinematics(model, data)
+        error = float(np.linalg.norm(data.site_xpos[hands] - reference.site_xpos[hands], axis=1).max())
+        worst = max(worst, error)
+    largest = {model.actuator(i).name: float(forces[i]) for i in range(model.nu)}
+    return Tracking(worst, error, tuple(touches.values()), largest)
+
+
+def _note(model: mujoco.MjModel, touches: dict[tuple[int, int], Touch], contact: mujoco.MjContact, time: float) -> None:
+    pair = (int(contact.geom1), int(contact.geom2))
+    depth = -float(contact.dist)
+    known = touches.get(pair)
+    if known is not None:
+        touches[pair] = Touch(known.time, known.one, known.other, max(known.depth, depth))
+    elif depth > 0:
+        touches[pair] = Touch(time, model.geom(pair[0]).name, model.geom(pair[1]).name, depth)
+
+
+def draw_paths(scene: mujoco.MjvScene, motion: Motion) -> None:
+    """Add the planned paths of the hands to what is drawn."""
+    shown = np.unique(np.linspace(0, len(motion.time) - 1, 150).round().astype(int))
+    for path in motion.hands[shown].transpose(1, 0, 2):
+        for one, other in pairwise(path):
+            geom, rgba = scene.geoms[scene.ngeom], np.array([0.1, 0.1, 0.1, 0.5], np.float32)
+            mujoco.mjv_initGeom(geom, mujoco.mjtGeom.mjGEOM_CAPSULE, np.zeros(3), np.zeros(3), np.zeros(9), rgba)
+            mujoco.mjv_connector(geom, mujoco.mjtGeom.mjGEOM_CAPSULE, 0.006, one, other)
+            scene.ngeom += 1
+
+
+def play(folder: str | Path) -> None:
+    """Play the motion of an exported folder in MuJoCo's viewer, in a loop, until its window is closed."""
+    import mujoco.viewer
+
+    model, motion = load(folder)
+    data = start(model, motion)
+    with mujoco.viewer.launch_passive(model, data, show_left_ui=False, show_right_ui=False) as viewer:
+        with viewer.lock():
+            draw_paths(viewer.user_scn, motion)
+        while viewer.is_running():
+            shown = time.monotonic()
+            with viewer.lock():
+                if data.time > motion.time[-1] + HOLD:
+                    reset(model, data, motion)
+                until = data.time + 1 / FRAMES_PER_SECOND
+                while data.time < until:
+                    step(model, data, motion)
+            viewer.sync()
+            time.sleep(max(0.0, shown + 1 / FRAMES_PER_SECOND - time.monotonic()))
+
+
+def main() -> None:
+    """Play or simulate the motion in this file's folder."""
+    parser = argparse.ArgumentParser(description="Plays the motion beside this file in MuJoCo.")
+    parser.add_argument(
+        "--headless", action="store_true", help="simulate once, without a window, and print what came of it"
+    )
+    folder = Path(__file__).resolve().parent
+    if not parser.parse_args().headless:
+        play(folder)
+        return
+    tracking = track(folder)
+    largest, final = 1e3 * tracking.largest_hand_error, 1e3 * tracking.final_hand_error
+    print(f"largest error of a hand: {largest:.2f} mm, at the end {final:.2f} mm")
+    for touch in tracking.contacts:
+        print(f"contact: {touch.one} and {touch.other}, from {touch.time:.3f} s, up to {1e3 * touch.depth:.1f} mm deep")
+    if not tracking.contacts:
+        print("no contacts")
+    print("largest forces and torques of the drives, N and N m:")
+    for joint, force in tracking.largest_forces.items():
+        print(f"  {joint}: {force:.1f}")
+
+
+if __name__ == "__main__":
+    main()
