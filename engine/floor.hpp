@@ -1,4 +1,4 @@
-// The bare library calls that an evaluation of eq. 4.9 is made of: what scripts/benchmark.py measures the engine by.
+// The bare library calls that an evaluation of eq. 4.9 is made of: what `humanoid-rail benchmark` measures the engine by.
 #pragma once
 
 #include "safety.hpp"

@@ -8,16 +8,20 @@ from humanoid_rail.batch import WorkerDied, plan_many
 from humanoid_rail.certificate import Certificate, Contact
 from humanoid_rail.description import build_urdf
 from humanoid_rail.errors import HumanoidRailError, InvalidInput
+from humanoid_rail.files import read_trajectory, write_trajectory
 from humanoid_rail.kinematics import Kinematics, State
 from humanoid_rail.limits import Violation
 from humanoid_rail.obstacles import Box, Capsule, HalfSpace, Mesh, Sphere
 from humanoid_rail.paper import paper_scene, plan_case
 from humanoid_rail.planner import plan
 from humanoid_rail.resolution import Gains
+from humanoid_rail.retime import retime
 from humanoid_rail.robot import Hand, Robot, load_robot, robot_from_urdf
 from humanoid_rail.safety import Safety
 from humanoid_rail.scene import Scene, load_scene, make_scene
-from humanoid_rail.trajectory import Status, Trajectory, read_trajectory, write_trajectory
+from humanoid_rail.targets import Pose
+from humanoid_rail.timing import Peak, Timing
+from humanoid_rail.trajectory import Status, Trajectory
 from humanoid_rail.verify import verify
 
 __version__ = "0.1.0"
@@ -34,12 +38,15 @@ __all__ = [
     "InvalidInput",
     "Kinematics",
     "Mesh",
+    "Peak",
+    "Pose",
     "Robot",
     "Safety",
     "Scene",
     "Sphere",
     "State",
     "Status",
+    "Timing",
     "Trajectory",
     "Violation",
     "WorkerDied",
@@ -52,6 +59,7 @@ __all__ = [
     "plan_case",
     "plan_many",
     "read_trajectory",
+    "retime",
     "robot_from_urdf",
     "verify",
     "write_trajectory",

@@ -1,12 +1,14 @@
-"""What the scripts share: how they print and fail."""
+"""What commands and scripts share: how they help, print and fail."""
 
 from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
+from types import MappingProxyType
+from typing import Any
 
 import click
 from rich.console import Console
@@ -18,8 +20,46 @@ from humanoid_rail.errors import HumanoidRailError, InvalidInput
 # Names of scenes and folders are printed as they are, whatever brackets or colons they hold.
 console = Console(highlight=False, markup=False, emoji=False)
 
+INDENT = 2
+"""Of what an example does, in characters."""
 BAD_INPUT = 2
 """Exit code after bad input."""
+
+
+class Command(click.Command):
+    """A command whose help has examples, and its options in groups."""
+
+    def __init__(
+        self,
+        *arguments: Any,
+        examples: Mapping[str, str],
+        groups: Mapping[str, Sequence[str]] = MappingProxyType({}),
+        **settings: Any,
+    ) -> None:
+        """Make a command.
+
+        Args:
+            *arguments: Those of :class:`click.Command`.
+            examples: What a command line does, by command line.
+            groups: Names of options by the heading of their group; the others have the last one, Options.
+            **settings: Those of :class:`click.Command`.
+        """
+        super().__init__(*arguments, **settings)
+        self.examples = examples
+        self.groups = groups
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the examples, and the options group by group."""
+        with formatter.section("Examples"):
+            formatter.write_dl(list(self.examples.items()), col_max=INDENT)
+        parameters = [p for p in self.get_params(ctx) if isinstance(p, click.Option)]
+        options = {p.name: record for p in parameters if (record := p.get_help_record(ctx)) is not None}
+        groups = {heading: [options.pop(name) for name in names] for heading, names in self.groups.items()}
+        width = max(len(written) for records in [*groups.values(), options.values()] for written, _ in records)
+        for heading, records in {**groups, "Options": list(options.values())}.items():
+            # As wide in each group, so that the texts stand below each other.
+            with formatter.section(heading):
+                formatter.write_dl([(written.ljust(width), said) for written, said in records], col_max=width)
 
 
 def run(command: click.Command, arguments: Sequence[str] | None = None) -> None:

@@ -1,4 +1,4 @@
-"""Take a picture of a playback page with headless Chromium: the README's picture is made by this."""
+"""Take a picture of a playback page with headless Chromium: those of the documents are made by this."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 import click
 from playwright.sync_api import Page, sync_playwright
 
-from humanoid_rail import HumanoidRailError, load_robot, paper_scene, plan_case
+from humanoid_rail import HumanoidRailError, load_robot, load_scene, paper_scene, plan, plan_case, retime
 from humanoid_rail.cli import console, run
 from humanoid_rail.viewer import playback_html
 
@@ -64,13 +64,16 @@ def seek(page: Page, t: float) -> None:
 @click.command()
 @click.argument("picture", type=click.Path(dir_okay=False, path_type=Path))
 @click.option("--case", default=3, show_default=True, help="Case of the paper.")
+@click.option("--scene", "scene_file", help="A scene file instead, planned by auto and retimed.")
 @click.option("--at", default=1.9, show_default=True, help="Time of the motion, s.")
-def main(picture: Path, case: int, at: float) -> None:
+def main(picture: Path, case: int, scene_file: str | None, at: float) -> None:
     """Plan a case of the paper and write a PICTURE of its playback page."""
-    robot, scene = load_robot(), paper_scene()
+    robot = load_robot()
+    scene = paper_scene() if scene_file is None else load_scene(scene_file)
+    motion = plan_case(robot, case) if scene_file is None else retime(plan(robot, scene), robot, scene)
     with tempfile.TemporaryDirectory() as folder:
         page_file = Path(folder) / "playback.html"
-        page_file.write_text(playback_html(robot, scene, plan_case(robot, case)), encoding="utf-8")
+        page_file.write_text(playback_html(robot, scene, motion), encoding="utf-8")
         with opened(page_file) as (page, _):
             page.evaluate("() => viewer.gui.domElement.remove()")
             seek(page, at)

@@ -14,10 +14,11 @@ from conftest import ROOT
 pytest.importorskip("humanoid_rail.native", reason="the native engine was not built")
 pytest.importorskip("pink", reason="needs the extra compare")
 
-import benchmark
-from pink_baseline import Pink
-
 from humanoid_rail import Robot, Scene, dh
+from humanoid_rail.commands.benchmark import seconds
+from humanoid_rail.comparison.benchmark import PER_METRE, aisle
+from humanoid_rail.comparison.pink_baseline import Pink
+from humanoid_rail.comparison.stopwatch import ratio
 
 
 def test_one_command_prints_tables_and_writes_json_and_markdown(tmp_path: Path) -> None:
@@ -33,12 +34,12 @@ def test_one_command_prints_tables_and_writes_json_and_markdown(tmp_path: Path) 
     report = json.loads((tmp_path / "b.json").read_text())
     for figure in report["figures"]:
         assert 0 < figure["low"] <= figure["median"] <= figure["high"], figure
-    wanted = {ratio["what"]: ratio["wanted"] for ratio in report["ratios"] if ratio["wanted"]}
+    wanted = {row["what"]: row["wanted"] for row in report["ratios"] if row["wanted"]}
     assert len(wanted) == 10
     assert "holds" in result.stdout
     text = page.read_text()
-    for ratio in report["ratios"]:
-        assert f"| {ratio['what']} |" in text
+    for row in report["ratios"]:
+        assert f"| {row['what']} |" in text
     assert "last week" not in text
     assert "kept" in text
 
@@ -54,17 +55,17 @@ def test_bad_options_are_one_line(options: list[str]) -> None:
 
 
 def test_ratios_are_taken_repeat_by_repeat() -> None:
-    found = benchmark.ratio("x", np.array([1.0, 4.0, 9.0]), np.array([1.0, 2.0, 3.0]), least=2.5)
+    found = ratio("x", np.array([1.0, 4.0, 9.0]), np.array([1.0, 2.0, 3.0]), least=2.5)
     assert (found.median, found.low, found.high, found.holds) == (2.0, 1.5, 2.5, False)
-    assert benchmark.ratio("x", np.ones(3), np.ones(3), most=1.0).holds
-    assert [benchmark.seconds(x) for x in (2.0, 0.0123, 3.2e-6)] == ["2 s", "12.3 ms", "3.2 us"]
+    assert ratio("x", np.ones(3), np.ones(3), most=1.0).holds
+    assert [seconds(x) for x in (2.0, 0.0123, 3.2e-6)] == ["2 s", "12.3 ms", "3.2 us"]
 
 
 def test_spheres_are_as_dense_however_many(rng: np.random.Generator) -> None:
     for count in (10, 1000):
-        y = [sphere.center[1] for sphere in benchmark.aisle(count, rng)]
+        y = [sphere.center[1] for sphere in aisle(count, rng)]
         assert len(y) == count
-        assert np.ptp(y) == pytest.approx(count / benchmark.PER_METRE, rel=0.3)
+        assert np.ptp(y) == pytest.approx(count / PER_METRE, rel=0.3)
 
 
 def test_pink_moves_the_same_robot_to_the_same_targets(robot: Robot, scene: Scene) -> None:

@@ -9,13 +9,13 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import evaluate
 import numpy as np
 import pytest
 from conftest import ROOT
-from methods import RRT_CONNECT, Motion, make_planner
 
 from humanoid_rail import Box, Certificate, Robot, Scene, load_scene, plan
+from humanoid_rail.comparison import evaluation
+from humanoid_rail.comparison.methods import RRT_CONNECT, Motion, make_planner
 from humanoid_rail.planner import METHODS
 
 DEV = ROOT / "scenes" / "dev"
@@ -120,13 +120,13 @@ def test_a_folder_without_scenes_is_named(robot: Robot, tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("no scene")
     for folder in (tmp_path, tmp_path / "missing"):
         with pytest.raises(ValueError, match=rf"{folder}: scenes is missing; .* \(\*\.json, \*\.yaml"):
-            evaluate.load_families(robot, str(folder))
+            evaluation.load_families(robot, str(folder))
 
 
 def test_a_scene_that_is_not_for_the_robot_is_named(robot: Robot, tmp_path: Path) -> None:
     (tmp_path / "x.yml").write_text("name: x\ntargets: {left: [0, 0, 3]}\n")
     with pytest.raises(ValueError, match=r"x\.yml: targets\.right is missing"):
-        evaluate.load_families(robot, str(tmp_path))
+        evaluation.load_families(robot, str(tmp_path))
 
 
 @pytest.mark.parametrize(
@@ -139,23 +139,23 @@ def test_a_scene_that_is_not_for_the_robot_is_named(robot: Robot, tmp_path: Path
     ],
 )
 def test_the_family_is_the_name_without_its_number(name: str, family: str) -> None:
-    assert evaluate.family_of(Scene(name=name, targets={})) == family
+    assert evaluation.family_of(Scene(name=name, targets={})) == family
 
 
 def test_a_start_in_contact_is_a_result(robot: Robot, scene: Scene) -> None:
     inside = scene.model_copy(update={"obstacles": (Box(center=(0.0, 0.0, 1.5), size=(1.0, 1.0, 1.0)),)})
     planners = {"qp": make_planner("qp", "native")}
-    outcomes = evaluate.evaluate(robot, [inside, scene], planners)
+    outcomes = evaluation.evaluate(robot, [inside, scene], planners)
     assert [outcome.status for outcome in outcomes] == ["failed", "reached"]
     assert "start clear of obstacles" in outcomes[0].reason
-    (row,) = evaluate.make_rows(outcomes[:1])
+    (row,) = evaluation.make_rows(outcomes[:1])
     assert (row.failed, row.certified, row.touched, row.path_length) == (1, 0, 0, None)
 
 
 def test_the_path_is_as_long_as_it_takes_at_the_speed_limits(robot: Robot) -> None:
     q = robot.initial + np.outer([0.0, 1.0, 3.0, 2.0], np.eye(robot.n)[0] * robot.velocity_limit[0])
     motion = Motion(np.arange(4.0), q, "reached", "", Certificate(True, None, None, None, None), (), 0.0)
-    outcome = evaluate.judge(robot, load_scene(DEV / "sparse-80000.json"), "any", motion)
+    outcome = evaluation.judge(robot, load_scene(DEV / "sparse-80000.json"), "any", motion)
     assert outcome.path_length == pytest.approx(4.0)
     assert outcome.sharpest_turn == pytest.approx(np.pi)
     assert outcome.sampled_length is None
@@ -164,7 +164,7 @@ def test_the_path_is_as_long_as_it_takes_at_the_speed_limits(robot: Robot) -> No
 def test_the_textbooks_planner_is_judged_like_this_one(robot: Robot) -> None:
     scene = load_scene(DEV / "sparse-80000.json")
     planner = make_planner(RRT_CONNECT, "native")
-    outcome = evaluate.judge(robot, scene, RRT_CONNECT, evaluate.attempt(planner, robot, scene))
+    outcome = evaluation.judge(robot, scene, RRT_CONNECT, evaluation.attempt(planner, robot, scene))
     assert outcome.reached
     assert outcome.excess <= 1e-6
     assert outcome.sampled_length > outcome.path_length > plan(robot, scene).path.length
@@ -173,21 +173,23 @@ def test_the_textbooks_planner_is_judged_like_this_one(robot: Robot) -> None:
 def test_pink_is_judged_like_the_planner(robot: Robot) -> None:
     pytest.importorskip("pink", reason="needs the extra compare")
     scene = load_scene(DEV / "sparse-80000.json")
-    motion = evaluate.attempt(make_planner("pink", "native"), robot, scene)
-    outcome = evaluate.judge(robot, scene, "pink", motion)
+    motion = evaluation.attempt(make_planner("pink", "native"), robot, scene)
+    outcome = evaluation.judge(robot, scene, "pink", motion)
     assert outcome.good
     assert outcome.excess <= 1e-6
     assert min(outcome.min_clearance_obstacles, outcome.min_clearance_self) > 0.009
     # An obstacle on the move is not for Pink.
     moving = scene.obstacles[0].model_copy(update={"velocity": (0.1, 0.0, 0.0)})
-    motion = evaluate.attempt(make_planner("pink", "native"), robot, scene.model_copy(update={"obstacles": (moving,)}))
+    motion = evaluation.attempt(
+        make_planner("pink", "native"), robot, scene.model_copy(update={"obstacles": (moving,)})
+    )
     assert motion.status == "failed"
     assert "velocity" in motion.reason
 
 
 def test_pink_gives_up_where_qp_does(robot: Robot, scene: Scene) -> None:
     pytest.importorskip("pink", reason="needs the extra compare")
-    from pink_baseline import Pink
+    from humanoid_rail.comparison.pink_baseline import Pink
 
     far = scene.model_copy(update={"obstacles": (), "targets": {"left": (-9.0, 0.0, 3.0), "right": (-9.0, 0.0, 3.0)}})
     rollout = Pink(robot, far, dt=0.05, safety_distance=0.01).rollout(patience=0.5)

@@ -15,7 +15,7 @@ import psutil
 import pytest
 from conftest import ROOT
 
-OUTPUTS = {"trajectory.npz", "trajectory.csv", "summary.json", "playback.html"}
+OUTPUTS = {"trajectory.npz", "trajectory.csv", "summary.json", "playback.html", "scene.json", "robot.urdf"}
 
 
 def command(script: str, *arguments: str) -> list[str]:

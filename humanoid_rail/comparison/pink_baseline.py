@@ -17,17 +17,18 @@ from pink.exceptions import PinkError
 from pink.tasks import FrameTask
 from qpsolvers.exceptions import QPError
 
-from humanoid_rail import InvalidInput, Robot, Scene
 from humanoid_rail.arrays import Array
+from humanoid_rail.comparison.methods import FAILED
+from humanoid_rail.errors import InvalidInput
+from humanoid_rail.robot import Robot
 from humanoid_rail.rollout import PROGRESS
 from humanoid_rail.safety import PRECISION
+from humanoid_rail.scene import Scene, target_points
 from humanoid_rail.shapes import placed_shapes
 from humanoid_rail.trajectory import Status
 
 SOLVER = "daqp"
 """The fastest of the QP solvers that Pink takes, on problems of this size."""
-FAILED = "failed"
-"""The status of a motion that ends because Pink has no velocity for its next step."""
 
 
 @dataclass(frozen=True)
@@ -101,13 +102,13 @@ class Pink:
         # At its default gain Pink gets farther among shelves than at that of `qp`, which is ten times as large.
         self.barriers = [SelfCollisionBarrier(pairs, d_min=safety_distance or 0.0)] if pairs else []
         self.tasks = []
-        for hand in robot.hands:
+        self.targets = target_points(robot, scene)
+        for hand, target in zip(robot.hands, self.targets, strict=True):
             # In Pink a gain is the share of the error that a step takes away.
             task = FrameTask(hand.frame, position_cost=1.0, orientation_cost=0.0, gain=gain * dt)
-            task.set_target(pin.SE3(np.eye(3), np.array(scene.targets[hand.name])))
+            task.set_target(pin.SE3(np.eye(3), target))
             self.tasks.append(task)
         self.frames = [hand.frame for hand in robot.hands]
-        self.targets = np.array([scene.targets[hand.name] for hand in robot.hands])
 
     def velocity(self) -> Array:
         """Return q_dot (n,) where the robot is."""

@@ -13,11 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 from ompl import base, geometric, util
 
-from humanoid_rail import Robot, Scene, Status
 from humanoid_rail.arrays import Array
 from humanoid_rail.engines import Engine
 from humanoid_rail.paths import path_quality, speed_units, time_path
+from humanoid_rail.robot import Robot
+from humanoid_rail.scene import Scene, target_points
 from humanoid_rail.search import PathQuality
+from humanoid_rail.trajectory import Status
 
 GOALS = 10
 """How many goals are tried."""
@@ -65,7 +67,7 @@ def plan_by_rrt_connect(
     start = np.array(robot.initial if scene.initial is None else scene.initial, float)
     kinematics = engine.kinematics(robot, scene.obstacles)
     validity = engine.validity(robot, scene.obstacles, 0.0)
-    targets = np.array([scene.targets[name] for name in robot.hand_names]).ravel()
+    targets = target_points(robot, scene).ravel()
 
     def posture() -> Array | None:
         q = random.uniform(robot.lower, robot.upper)

@@ -1,4 +1,4 @@
-"""The methods that `evaluate.py` compares, behind one interface: this package's, Pink and what a textbook has."""
+"""The methods that are compared, behind one interface: this package's, Pink and what a textbook has."""
 
 from __future__ import annotations
 
@@ -8,14 +8,18 @@ from functools import partial
 from importlib.util import find_spec
 from typing import NamedTuple
 
-from humanoid_rail import Certificate, InvalidInput, Robot, Scene, Violation, plan, verify
 from humanoid_rail.arrays import Array
+from humanoid_rail.certificate import Certificate
 from humanoid_rail.engines import get_engine
-from humanoid_rail.limits import limit_violations, sampled
-from humanoid_rail.planner import METHODS
+from humanoid_rail.errors import InvalidInput
+from humanoid_rail.limits import Violation, limit_violations, sampled
+from humanoid_rail.planner import METHODS, plan
+from humanoid_rail.robot import Robot
 from humanoid_rail.rollout import PROGRESS_TIME
 from humanoid_rail.safety import Safety
+from humanoid_rail.scene import Scene
 from humanoid_rail.search import PathQuality
+from humanoid_rail.verify import verify
 
 PINK = "pink"
 """The method of `pink_baseline.py`."""
@@ -23,6 +27,8 @@ RRT_CONNECT = "ik + rrt-connect"
 """The method of `rrt_connect_baseline.py`."""
 EVERY = (*METHODS, PINK, RRT_CONNECT)
 """All methods."""
+FAILED = "failed"
+"""The status where there is no plan: the start touches something, or Pink has no next step."""
 
 
 class Motion(NamedTuple):
@@ -79,7 +85,7 @@ def plan_by_planner(robot: Robot, scene: Scene, method: str, engine: str) -> Mot
 
 def plan_by_pink(robot: Robot, scene: Scene, engine: str) -> Motion:
     """Roll out Pink within the limits, as far from everything as `qp` keeps, and give up where `qp` does."""
-    from pink_baseline import Pink
+    from humanoid_rail.comparison.pink_baseline import Pink
 
     started = time.perf_counter()
     found = Pink(robot, scene, safety_distance=Safety().safety_distance).rollout(patience=PROGRESS_TIME)
@@ -91,7 +97,7 @@ def plan_by_pink(robot: Robot, scene: Scene, engine: str) -> Motion:
 
 def plan_by_rrt_connect(robot: Robot, scene: Scene, engine: str) -> Motion:
     """Plan by inverse kinematics and RRT-Connect as they come."""
-    from rrt_connect_baseline import plan_by_rrt_connect
+    from humanoid_rail.comparison.rrt_connect_baseline import plan_by_rrt_connect
 
     started = time.perf_counter()
     found = plan_by_rrt_connect(robot, scene, get_engine(engine))

@@ -1,0 +1,46 @@
+"""The command that writes a plan for other tools."""
+
+from __future__ import annotations
+
+import click
+
+from humanoid_rail.cli import Command, console
+from humanoid_rail.commands.folder import GROUP, reads_a_plan
+from humanoid_rail.export import FORMATS, export
+from humanoid_rail.plan_folder import read_plan
+from humanoid_rail.trajectory import Status
+
+
+class _Export(Command):
+    """Says what the formats are."""
+
+    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Formats"):
+            formatter.write_dl(list(FORMATS.items()))
+
+
+@click.command(
+    cls=_Export,
+    examples={
+        "humanoid-rail export out/case3 --format csv -o case3.csv": "A table of times, joints and hands.",
+        "humanoid-rail export out/case3 --format ros-yaml -o case3.yaml": "A message for ROS 2.",
+        "humanoid-rail export out/deep --format mujoco -o deep": "A folder for MuJoCo, of a motion that was retimed.",
+    },
+    groups=GROUP,
+)
+@reads_a_plan
+@click.option("--format", required=True, metavar="FORMAT", help="One of those below.")
+@click.option("--out", "-o", required=True, metavar="PATH", help="File to write; for mujoco a folder.")
+@click.option(
+    "--passive/--no-passive", default=False, help="Passive joints too, in the formats of ROS.", show_default=True
+)
+def command(folder: str, scene_file: str | None, robot_file: str | None, format: str, out: str, passive: bool) -> None:
+    """Write the plan in FOLDER, as `plan --out` wrote it, in a format of other tools."""
+    plan = read_plan(folder, scene_file, robot_file)
+    written = export(plan.trajectory, plan.robot, plan.scene, format, out, passive=passive)
+    if plan.trajectory.status is not Status.REACHED:
+        console.print(f"Mind: the targets are not reached. {plan.trajectory.reason}", soft_wrap=True)
+    if plan.trajectory.timing is None:
+        mind = "Mind: this motion starts at full speed, which no drive can follow; plan with --timing fastest."
+        console.print(mind, soft_wrap=True)
+    console.print(f"Written: {', '.join(map(str, written))}", soft_wrap=True)

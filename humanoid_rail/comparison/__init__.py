@@ -1,0 +1,1 @@
+"""Compares methods and engines, others' too: what `humanoid-rail evaluate` and `humanoid-rail benchmark` show."""
