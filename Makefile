@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 
 .DELETE_ON_ERROR:
-.PHONY: plan test lint generate figures picture benchmark evaluation certificates sanitize clean
+.PHONY: plan test lint docs docs-serve generate figures picture benchmark evaluation retiming certificates sanitize clean
 
 plan: $(VENV)/plan-installed
 	$(BIN)/python scripts/plan.py --case 3 --out out/case3
@@ -17,6 +17,13 @@ lint: $(VENV)/test-installed
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 
+# The documentation as a site, site/index.html.
+docs: $(VENV)/test-installed
+	$(BIN)/mkdocs build --strict
+
+docs-serve: $(VENV)/test-installed
+	$(BIN)/mkdocs serve
+
 generate: $(VENV)/plan-installed
 	$(BIN)/python scripts/generate.py
 
@@ -26,6 +33,7 @@ figures: $(VENV)/test-installed
 
 picture: $(VENV)/test-installed
 	$(BIN)/python scripts/screenshot.py docs/case3.png
+	$(BIN)/python scripts/screenshot.py docs/picks.png --scene scenes/picks.yaml --at 3.6
 
 benchmark: $(VENV)/test-installed
 	$(BIN)/python scripts/benchmark.py --json out/benchmark.json --readme README.md --docs docs/engine.md
@@ -35,6 +43,10 @@ evaluation: $(VENV)/test-installed
 	$(BIN)/python scripts/evaluate.py scenes/dev --method auto --method qp --method gradient-projection --method pink \
 		--method 'ik + rrt-connect' --json out/evaluation.json --figure out/evaluation.png --readme README.md
 	cp out/evaluation.png docs/evaluation.png
+
+retiming: $(VENV)/test-installed
+	$(BIN)/python scripts/retiming.py scenes/dev --figure docs/timing.png --readme docs/retime.md
+	$(BIN)/python scripts/tracking.py scenes/dev --readme docs/export.md
 
 # Certificates of 10,000 random motions against an independent check: about a quarter of an hour on two cores.
 certificates: $(VENV)/test-installed
@@ -69,4 +81,4 @@ $(VENV)/test-installed: $(VENV)/plan-installed
 	touch $@
 
 clean:
-	rm -rf $(VENV) out
+	rm -rf $(VENV) out site
