@@ -12,9 +12,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from humanoid_rail import (
-    Kinematics,
     Robot,
-    Scene,
     Status,
     Trajectory,
     load_robot,
@@ -26,13 +24,11 @@ from humanoid_rail import (
 )
 from humanoid_rail.cli import console, print_table, progress_bar, run
 from humanoid_rail.figures import timing_figure
-from humanoid_rail.scene import target_points
+from humanoid_rail.paper import closed_form_duration
 
 MILLISECOND = 1e-3
 JERK_LIMIT = 100.0
 """m/s^3 and rad/s^3."""
-TOLERANCE = 0.01
-"""At which the exponential ends, m."""
 EXCESS = 1e-6
 """More than this above a limit of 1 counts."""
 COLUMNS = (
@@ -90,7 +86,7 @@ def measure(robot: Robot, path: Path) -> Row:
         not ends.any(),
         velocity,
         acceleration,
-        exponential(robot, scene),
+        closed_form_duration(robot, scene),
         planned.duration,
         motion.duration,
         slower.duration,
@@ -101,13 +97,6 @@ def measure(robot: Robot, path: Path) -> Row:
 def both_certified(*motions: Trajectory) -> bool:
     """Return whether motions reach their targets and are certified."""
     return all(motion.status is Status.REACHED and motion.certified for motion in motions)
-
-
-def exponential(robot: Robot, scene: Scene) -> float:
-    """Return T = ln(|e(0)| / tolerance) in s: with K = 1, e(t) = e(0) exp(-t) whatever else eq. 4.9 does."""
-    start = robot.initial if scene.initial is None else np.array(scene.initial)
-    error = Kinematics(robot).hand_positions(start) - target_points(robot, scene)
-    return float(np.log(np.linalg.norm(error) / TOLERANCE))
 
 
 def timings(robot: Robot) -> dict[str, Trajectory]:

@@ -86,7 +86,7 @@ def test_the_hands_of_case_3_do_not_notice_one(robot: Robot, scene: Scene, centr
     """e(t) = e(0) exp(-t) all the way, and the joints end nearer to the middle of their ranges than without."""
     settings: dict[str, Any] = {"engine": "python", "dt": 0.05}
     without, trajectory = plan_case(robot, 3, **settings), plan_case(robot, 3, objectives=(centring,), **settings)
-    assert trajectory.duration == pytest.approx(closed_form_duration(robot), abs=1e-3)
+    assert trajectory.duration == pytest.approx(closed_form_duration(robot, scene), abs=1e-3)
     e = trajectory.hands - np.array([scene.targets[name] for name in robot.hand_names])
     np.testing.assert_allclose(e, e[0] * np.exp(-trajectory.t)[:, None, None], atol=1e-4)
     assert off_centre(robot, trajectory.q[-1]) < off_centre(robot, without.q[-1]) - 0.1

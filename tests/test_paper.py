@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from humanoid_rail import InvalidInput, Robot, Scene, Status, Trajectory, dh, load_robot, plan_case
+from humanoid_rail import InvalidInput, Robot, Scene, Status, Trajectory, dh, load_robot, paper_scene, plan_case
 from humanoid_rail.paper import CASES, bisect_claims, claims, closed_form_duration, sweep_point
 
 
@@ -34,7 +34,7 @@ def test_the_error_decays_as_the_closed_form_says(scene: Scene, cases: dict[int,
 def test_duration(robot: Robot, cases: dict[int, Trajectory], case: int) -> None:
     assert cases[case].status is Status.REACHED
     assert cases[case].duration == pytest.approx(6.3355, abs=1e-3)
-    assert closed_form_duration(robot) == pytest.approx(6.3355, abs=1e-4)
+    assert closed_form_duration(robot, paper_scene()) == pytest.approx(6.3355, abs=1e-4)
 
 
 def test_case_1_penetrates_both_spheres(cases: dict[int, Trajectory]) -> None:
