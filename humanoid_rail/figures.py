@@ -6,10 +6,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MultipleLocator, NullFormatter, PercentFormatter, StrMethodFormatter
 
 from humanoid_rail.arrays import Array
+from humanoid_rail.colours import hand_colour
 from humanoid_rail.kinematics import Kinematics
 from humanoid_rail.obstacles import Sphere
 from humanoid_rail.paper import SweepPoint
@@ -18,8 +20,9 @@ from humanoid_rail.scene import Scene
 from humanoid_rail.targets import position
 from humanoid_rail.trajectory import Trajectory
 
-TORSO, HANDS, OBSTACLE = "#3b4252", ("#1f70cc", "#e86b1a"), "#d6453d"
-LINES = ("#1f70cc", "#e86b1a", "#2e9e5b", "#8e44ad", "#5b6470")
+TORSO, OBSTACLE = "#3b4252", "#d6453d"
+LINES = (*(f"#{hand_colour(i):06x}" for i in range(4)), "#5b6470")
+HANDS = LINES[:2]
 
 
 def motion_figure(robot: Robot, scene: Scene, trajectory: Trajectory, title: str) -> Figure:
@@ -120,7 +123,7 @@ def timing_figure(robot: Robot, trajectories: Mapping[str, Trajectory]) -> Figur
         robot: The robot.
         trajectories: Motions by what they are called.
     """
-    figure = Figure(figsize=(1.0 + 3.2 * len(trajectories), 4.6), layout="constrained")
+    figure = Figure(figsize=(2.6 + 3.2 * len(trajectories), 4.6), layout="constrained")
     grid = figure.subplots(2, len(trajectories), sharex="col", squeeze=False)
     for column, (name, trajectory) in zip(grid.T, trajectories.items(), strict=True):
         t, timing = trajectory.t, trajectory.timing
@@ -130,7 +133,8 @@ def timing_figure(robot: Robot, trajectories: Mapping[str, Trajectory]) -> Figur
             else (timing.velocity, timing.acceleration)
         )
         for axes, rate, limit in zip(column, rates, (robot.velocity_limit, robot.acceleration_limit), strict=True):
-            axes.plot(t, rate / limit, linewidth=0.9)
+            axes.set_prop_cycle(color=colormaps["tab20"](np.arange(20)))  # twelve that differ
+            lines = axes.plot(t, rate / limit, linewidth=0.9)
             axes.axhspan(-1.0, 1.0, color="black", alpha=0.06, linewidth=0)
             # An infinite acceleration is as large as the samples are close: what matters is that it is beyond.
             axes.set_ylim(*(np.array([-1.0, 1.0]) * float(np.clip(1.1 * abs(rate / limit).max(), 1.1, 3.0))))
@@ -139,6 +143,7 @@ def timing_figure(robot: Robot, trajectories: Mapping[str, Trajectory]) -> Figur
         column[1].set(xlabel="time [s]")
     for axes, quantity in zip(grid[:, 0], ("velocity", "acceleration"), strict=True):
         axes.set(ylabel=f"{quantity} / its limit")
+    figure.legend(lines, robot.joint_names, loc="outside right center", fontsize=8, frameon=False)
     return figure
 
 

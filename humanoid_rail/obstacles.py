@@ -169,6 +169,16 @@ class Mesh(_Obstacle):
 Obstacle = Annotated[Sphere | Box | Capsule | HalfSpace | Mesh, Field(discriminator="type")]
 
 
+def is_moving(obstacle: Obstacle) -> bool:
+    """Return whether an obstacle moves."""
+    return any(obstacle.velocity)
+
+
+def at_rest(obstacles: Sequence[Obstacle]) -> bool:
+    """Return whether no obstacle moves."""
+    return not any(map(is_moving, obstacles))
+
+
 def moved(obstacle: Obstacle, t: float) -> Obstacle:
     """Return where an obstacle is after a time in s, as one that is there at t = 0."""
     way = [t * speed for speed in obstacle.velocity]

@@ -23,6 +23,7 @@ from humanoid_rail.certification import CONTACT, certify
 from humanoid_rail.integration import PATIENCE, Integration, Settings, explain, is_held_by_singularity
 from humanoid_rail.kinematics import Kinematics, State
 from humanoid_rail.limits import Motion
+from humanoid_rail.obstacles import at_rest
 from humanoid_rail.resolution import Gains
 from humanoid_rail.safety import Safety, safe_velocity
 from humanoid_rail.sweep import Nearest, Pair, Snapshot, Sweep
@@ -72,7 +73,7 @@ def rollout(
         settings: When to end, and how long a step is; the integrator's tolerances do not matter.
     """
     robot, obstacles = kinematics.robot, kinematics.obstacles
-    moving = any(any(obstacle.velocity) for obstacle in obstacles)
+    moving = not at_rest(obstacles)
     walk = _Walk(kinematics, safety)
     K = gains.diagonal(targets.size)
     times, places = [0.0], [start]

@@ -31,7 +31,8 @@ from humanoid_rail.arrays import Array
 from humanoid_rail.camera import ZOOM, sight
 from humanoid_rail.certificate import Certificate
 from humanoid_rail.closest import Closest, ClosestPairs, closest_of_all, closest_pairs
-from humanoid_rail.obstacles import HalfSpace
+from humanoid_rail.colours import hand_colour, rgb
+from humanoid_rail.obstacles import HalfSpace, is_moving
 from humanoid_rail.robot import Robot
 from humanoid_rail.scene import Scene
 from humanoid_rail.shapes import PlacedShape, placed_shapes
@@ -43,7 +44,6 @@ HOLD = 1.5
 """How long the view rests on the last configuration before the animation starts over, s."""
 THORN = 0.45
 """Length of what shows in which direction a hand has to point, m."""
-HAND_COLOURS = (0x1F70CC, 0xE86B1A, 0x2E9E5B, 0x8E44AD)
 OBSTACLE_COLOUR = 0xC0305A
 WALL_COLOUR = 0x7C8792
 CLOSEST_COLOUR = 0x11151C
@@ -86,7 +86,7 @@ def _caption(trajectory: Trajectory, name: str, closest: Sequence[Closest]) -> s
         for pair in closest
     )
     hands = " ".join(
-        f'<span style="color:#{_hand_colour(i):06x}">&#9679;</span> {html.escape(hand)}'
+        f'<span style="color:#{hand_colour(i):06x}">&#9679;</span> {html.escape(hand)}'
         for i, hand in enumerate(trajectory.hand_names)
     )
     lines = [
@@ -223,9 +223,9 @@ def _publish(view: meshcat.Visualizer, robot: Robot, scene: Scene, trajectory: T
         for i, name in enumerate(trajectory.hand_names):
             if (target := step[name]) is not None:
                 towards = direction(target, robot.hands[i].pointing)
-                _draw_target(view[f"targets/{number}/{name}"], np.array(position(target)), towards, _hand_colour(i))
+                _draw_target(view[f"targets/{number}/{name}"], np.array(position(target)), towards, hand_colour(i))
     for i, name in enumerate(trajectory.hand_names):
-        colours = np.tile(_rgb(_hand_colour(i)), (len(trajectory.t), 1)) if clearance is None else _colours(clearance)
+        colours = np.tile(rgb(hand_colour(i)), (len(trajectory.t), 1)) if clearance is None else _colours(clearance)
         _draw_trace(view[f"traces/{name}"], trajectory.hands[:, i], colours)
     shown = [kind for kind, closest in pairs._asdict().items() if closest]
     for kind in shown:
@@ -255,7 +255,7 @@ def _animation(
             for kind, closest in pairs._asdict().items():
                 if closest:
                     _move_connection(at[f"closest/{kind}"], closest[frame].points)
-    moving = [(i, np.array(obstacle.velocity)) for i, obstacle in enumerate(scene.obstacles) if any(obstacle.velocity)]
+    moving = [(i, np.array(obstacle.velocity)) for i, obstacle in enumerate(scene.obstacles) if is_moving(obstacle)]
     end = int(np.argmax(moments))
     # In between they move evenly.
     for frame in sorted({0, max(end - 1, 0), end, len(moments) - 1}):
@@ -277,18 +277,9 @@ def _clearance(trajectory: Trajectory, pairs: ClosestPairs) -> Array | None:
 
 def _colours(clearance: Array) -> Array:
     """Return the colours (..., 3) of clearances in m, red, green and blue from 0 to 1."""
-    at, colours = [x for x, _ in SCALE], np.array([_rgb(colour) for _, colour in SCALE])
+    at, colours = [x for x, _ in SCALE], np.array([rgb(colour) for _, colour in SCALE])
     scaled = np.stack([np.interp(clearance, at, channel) for channel in colours.T], axis=-1)
-    return np.where((clearance < 0)[..., None], _rgb(PENETRATION_COLOUR), scaled)
-
-
-def _rgb(colour: int) -> Array:
-    """Return a colour (3,) from 0 to 1."""
-    return np.array([colour >> 16 & 255, colour >> 8 & 255, colour & 255]) / 255
-
-
-def _hand_colour(i: int) -> int:
-    return HAND_COLOURS[i % len(HAND_COLOURS)]
+    return np.where((clearance < 0)[..., None], rgb(PENETRATION_COLOUR), scaled)
 
 
 def _draw_bodies(view: meshcat.Visualizer, robot: Robot, bodies: pin.GeometryModel) -> None:

@@ -20,6 +20,7 @@ from qpsolvers.exceptions import QPError
 from humanoid_rail.arrays import Array
 from humanoid_rail.comparison.methods import FAILED
 from humanoid_rail.errors import InvalidInput
+from humanoid_rail.obstacles import is_moving
 from humanoid_rail.robot import Robot
 from humanoid_rail.rollout import PROGRESS
 from humanoid_rail.safety import PRECISION
@@ -77,7 +78,7 @@ class Pink:
             InvalidInput: If an obstacle moves, which Pink's barriers cannot know.
         """
         for i, obstacle in enumerate(scene.obstacles):
-            if any(obstacle.velocity):
+            if is_moving(obstacle):
                 raise InvalidInput(f"obstacles[{i}].velocity", obstacle.velocity, "0, 0, 0: Pink knows no other")
         self.dt = dt
         self.model = pin.buildModelFromXML(robot.urdf, True)
