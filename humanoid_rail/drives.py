@@ -17,7 +17,7 @@ BANDWIDTH = 20.0
 
 @dataclass(frozen=True)
 class Drive:
-    """The drive of a joint: force = kp (ctrl - q) - kv q_dot, and what holds the robot against gravity."""
+    """The drive of a joint: force = kp (ctrl - q) - kv q_dot."""
 
     joint: str
     kp: float
@@ -26,6 +26,19 @@ class Drive:
     """N s/m or N m s/rad."""
     effort_limit: float
     """Of the whole force, N or N m; infinite where the URDF has none or 0."""
+
+
+def gravity_load(robot: Robot, q: Array) -> Array:
+    """Return the forces that hold the robot against gravity, S^T g (N, n), N and N m.
+
+    Args:
+        robot: The robot. What holds its passive joints is their leaders.
+        q: Configurations (N, n), m and rad.
+    """
+    model, data = robot.model, robot.model.createData()
+    return np.array(
+        [pin.computeGeneralizedGravity(model, data, robot.full_configuration(sample)) for sample in q]
+    ) @ np.asarray(robot.coupling)
 
 
 def drives(robot: Robot, q: Array) -> tuple[Drive, ...]:

@@ -11,13 +11,15 @@ from typing import Any
 import numpy as np
 
 from humanoid_rail.arrays import Array
-from humanoid_rail.drives import drives
-from humanoid_rail.errors import InvalidInput
-from humanoid_rail.files import SUMMARY, check_folder, csv_bytes, npz_bytes, write_files
-from humanoid_rail.mjcf import is_moving, mjcf
+from humanoid_rail.drives import drives, gravity_load
+from humanoid_rail.errors import InvalidInput, check_kind
+from humanoid_rail.files import SUMMARY, csv_bytes, npz_bytes, write_files
+from humanoid_rail.mjcf import mjcf
+from humanoid_rail.obstacles import is_moving
 from humanoid_rail.robot import Robot
 from humanoid_rail.scene import Scene
 from humanoid_rail.trajectory import Trajectory
+from humanoid_rail.verify import check_robot
 
 FORMATS: Mapping[str, str] = {
     "csv": "a table: times, joints, hands",
@@ -35,7 +37,7 @@ _LAST_SECOND = 2**31 - 1
 def export(
     trajectory: Trajectory, robot: Robot, scene: Scene, format: str, out: str | Path, *, passive: bool = False
 ) -> tuple[Path, ...]:
-    """Write a motion in a format of another tool. Files appear whole or not at all; older ones are replaced.
+    """Write a motion in a format of another tool. A file appears when it is whole, and replaces an older one.
 
     Args:
         trajectory: The motion.
@@ -52,19 +54,19 @@ def export(
         InvalidInput: If there is no such format, the motion is not one of this robot or cannot be had in this format,
             or `out` cannot be written to.
     """
-    if format not in FORMATS:
+    if not isinstance(format, str) or format not in FORMATS:
         raise InvalidInput("format", format, f"one of {', '.join(FORMATS)}")
     _check(trajectory, robot)
+    check_kind("scene", scene, Scene)
+    if not isinstance(out, str | Path):
+        raise InvalidInput("out", out, "the name of a file, or of a folder for mujoco")
     if passive and not format.startswith("ros"):
         raise InvalidInput("passive", passive, f"False with {format}, which has no passive joints to choose")
     out = Path(out)
     if format == "mujoco":
-        check_folder(out)
-        if (out / SUMMARY).exists():
-            raise InvalidInput("out", str(out), "another folder than that of a plan, whose files would be replaced")
         return write_files(out, _mujoco(trajectory, robot, scene))
-    if not out.name:
-        raise InvalidInput("out", str(out), "the name of a file to write")
+    if not out.name or _is_folder(out):
+        raise InvalidInput("out", str(out), "the name of a file to write, not of a folder")
     if (out.parent / SUMMARY).exists() and out.exists():
         raise InvalidInput("out", str(out), "a new name: this file may be of the plan in that folder")
     match format:
@@ -77,6 +79,13 @@ def export(
         case _:
             content = _yaml(joint_trajectory(trajectory, robot, passive=passive)).encode()
     return write_files(out.parent, {out.name: content})
+
+
+def _is_folder(path: Path) -> bool:
+    try:
+        return path.is_dir()
+    except OSError:  # as where its name is too long
+        return False
 
 
 def joint_trajectory(trajectory: Trajectory, robot: Robot, *, passive: bool = False) -> dict[str, Any]:
@@ -124,12 +133,7 @@ def _check(trajectory: Trajectory, robot: Robot) -> None:
     Raises:
         InvalidInput: If it is not.
     """
-    for field, value, valid in (
-        ("joint_names", trajectory.joint_names, robot.joint_names),
-        ("hand_names", trajectory.hand_names, robot.hand_names),
-    ):
-        if value != valid:
-            raise InvalidInput(f"trajectory.{field}", value, f"those of the robot: {', '.join(valid)}")
+    check_robot(robot, trajectory)
     arrays = {"t": trajectory.t, "q": trajectory.q}
     if trajectory.timing is not None:
         arrays |= {"velocity": trajectory.timing.velocity, "acceleration": trajectory.timing.acceleration}
@@ -192,19 +196,22 @@ def _mujoco(trajectory: Trajectory, robot: Robot, scene: Scene) -> dict[str, byt
         raise InvalidInput("trajectory.timing", None, valid)
     if len(trajectory.t) < 2:
         raise InvalidInput("trajectory.t", trajectory.t, "a motion of two samples or more")
-    model = mjcf(robot, scene, trajectory)
+    gains, load = drives(robot, trajectory.q), gravity_load(robot, trajectory.q)
+    kp, kv = (np.array([getattr(drive, gain) for drive in gains]) for gain in ("kp", "kv"))
+    ctrl = trajectory.q + (kv * trajectory.timing.velocity + load) / kp
     qpos, qvel = _full(robot, [trajectory.q, trajectory.timing.velocity])
     velocities = np.array([obstacle.velocity for obstacle in scene.obstacles if is_moving(obstacle)]).reshape(-1, 3)
-    gains = drives(robot, trajectory.q)
     arrays = {
         "time": trajectory.t,
         "qpos": qpos,
         "qvel": qvel,
-        "ctrl": trajectory.q + np.array([drive.kv / drive.kp for drive in gains]) * trajectory.timing.velocity,
+        "load": load,
+        "ctrl": ctrl,
         "hands": trajectory.hands,
         "mocap": trajectory.t[:, None, None] * velocities,
     }
     buffer = BytesIO()
     np.savez_compressed(buffer, **arrays)
     player = Path(__file__).with_name("mujoco_player.py").read_bytes()
-    return {"scene.xml": model.encode(), "trajectory.npz": buffer.getvalue(), "play.py": player}
+    model = mjcf(robot, scene, trajectory, gains, ctrl[0])
+    return {"scene.xml": model.encode(), "motion.npz": buffer.getvalue(), "play.py": player}

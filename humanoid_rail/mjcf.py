@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import combinations, cycle, product
+from itertools import combinations, product
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
@@ -11,16 +11,18 @@ import coal
 import numpy as np
 import pinocchio as pin
 
+from humanoid_rail.arrays import Array
 from humanoid_rail.camera import sight
-from humanoid_rail.drives import drives
-from humanoid_rail.mjcf_bodies import HAND_COLOURS, add_robot, find, numbers, shape_attributes, visuals
-from humanoid_rail.obstacles import HalfSpace, Obstacle, name_of
+from humanoid_rail.colours import hand_colour, rgb
+from humanoid_rail.drives import Drive
+from humanoid_rail.mjcf_bodies import add_robot, find, numbers, shape_attributes, visuals
+from humanoid_rail.obstacles import HalfSpace, Obstacle, is_moving, name_of
 from humanoid_rail.robot import Robot
 from humanoid_rail.scene import Scene
 from humanoid_rail.shapes import PlacedShape, placed_shapes, support
 from humanoid_rail.trajectory import Trajectory
 
-TIMESTEP = 1e-3
+TIMESTEP = 5e-4
 """Of the simulation, s."""
 
 # filterparent: the SRDF says which links may touch, not their order. equality: as stiff as MuJoCo allows, so that
@@ -56,7 +58,7 @@ TEMPLATE = f"""
 """
 
 
-def mjcf(robot: Robot, scene: Scene, trajectory: Trajectory) -> str:
+def mjcf(robot: Robot, scene: Scene, trajectory: Trajectory, gains: Sequence[Drive], ctrl: Array) -> str:
     """Return a motion's robot and scene as the text of an MJCF file.
 
     Every link of the URDF is a body, fixed ones too, with its inertia, its primitive visual bodies (group 2) and the
@@ -66,36 +68,33 @@ def mjcf(robot: Robot, scene: Scene, trajectory: Trajectory) -> str:
     Args:
         robot: The robot.
         scene: The scene; what moves is a mocap body, whose position is its displacement since t = 0.
-        trajectory: The motion: for the keyframe `start`, the gains of the drives and the view.
+        trajectory: The motion: for the keyframe `start` and the view.
+        gains: The drives of the actuated joints.
+        ctrl: What they are given at the start (n,), m and rad.
 
     Raises:
-        InvalidInput: If a collision body has no thickness, or a joint moves no mass.
+        InvalidInput: If a collision body has no thickness.
     """
     document = ElementTree.fromstring(TEMPLATE)
     document.set("model", robot.name)
     world = find(document, "worldbody")
-    gains = drives(robot, trajectory.q)
     _set_view(document, robot, scene, trajectory)
     if not any(isinstance(obstacle, HalfSpace) for obstacle in scene.obstacles):
         _add_floor(world, robot)
     add_robot(world, robot, gains)
-    for hand, end, colour in zip(robot.hands, trajectory.hands[-1], cycle(HAND_COLOURS), strict=False):
-        SubElement(world, "site", name=f"{hand.name}_end", pos=numbers(end), size="0.05", rgba=f"{colour} 0.4")
+    for i, (hand, end) in enumerate(zip(robot.hands, trajectory.hands[-1], strict=True)):
+        rgba = f"{numbers(rgb(hand_colour(i)))} 0.4"
+        SubElement(world, "site", name=f"{hand.name}_end", pos=numbers(end), size="0.05", rgba=rgba)
     _add_obstacles(document, scene)
     _add_contacts(document, robot, scene)
     _add_coupling(find(document, "equality"), robot)
     for drive in gains:
         attributes = {"name": drive.joint, "joint": drive.joint, "kp": repr(drive.kp), "kv": repr(drive.kv)}
         SubElement(find(document, "actuator"), "position", attributes)
-    start = {"qpos": robot.full_configuration(trajectory.q[0]), "ctrl": trajectory.q[0]}
+    start = {"qpos": robot.full_configuration(trajectory.q[0]), "ctrl": ctrl}
     SubElement(find(document, "keyframe"), "key", {k: numbers(v) for k, v in start.items()}, name="start")
     ElementTree.indent(document)
     return ElementTree.tostring(document, encoding="unicode") + "\n"
-
-
-def is_moving(obstacle: Obstacle) -> bool:
-    """Return whether an obstacle moves: those that do are mocap bodies, in the scene's order."""
-    return any(obstacle.velocity)
 
 
 def _set_view(document: Element, robot: Robot, scene: Scene, trajectory: Trajectory) -> None:

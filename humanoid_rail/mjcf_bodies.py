@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import cycle
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
@@ -12,6 +11,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
+from humanoid_rail.colours import hand_colour, rgb
 from humanoid_rail.drives import Drive
 from humanoid_rail.errors import MISSING, InvalidInput
 from humanoid_rail.robot import Robot
@@ -19,7 +19,6 @@ from humanoid_rail.shapes import PlacedShape
 
 WORLD = "world"
 """What MuJoCo calls the body that everything stands on."""
-HAND_COLOURS = ("0.12 0.44 0.80", "0.91 0.42 0.10", "0.18 0.62 0.36", "0.56 0.27 0.68")
 PLAIN = "0.7 0.7 0.7 1"
 """Colour of what has none."""
 
@@ -49,7 +48,7 @@ def add_robot(world: Element, robot: Robot, gains: Sequence[Drive]) -> None:
         parent = world if joint is None else elements[frames[joint_frame.parentFrame].name]
         if frame.name != WORLD or joint is not None:
             place = _place(pin.SE3.Identity() if joint is None else _origin(joint))
-            elements[frame.name] = SubElement(parent, "body", {"name": frame.name, "gravcomp": "1", **place})
+            elements[frame.name] = SubElement(parent, "body", {"name": frame.name, **place})
             _add_inertial(elements[frame.name], links[frame.name])
         body = elements[frame.name]
         if joint is not None and joint_frame.type == pin.FrameType.JOINT:
@@ -59,13 +58,13 @@ def add_robot(world: Element, robot: Robot, gains: Sequence[Drive]) -> None:
         for collision in robot.collision_model.geometryObjects:
             if collision.parentFrame == index:
                 _add_collision(body, collision, frame.placement.inverse() * collision.placement)
-    for hand, colour in zip(robot.hands, cycle(HAND_COLOURS), strict=False):
+    for i, hand in enumerate(robot.hands):
         frame = frames[robot.model.getFrameId(hand.frame)]
         link = frame
         if frame.type != pin.FrameType.BODY:
             link = next(f for f in frames if (f.type, f.parentJoint) == (pin.FrameType.BODY, frame.parentJoint))
         place = _place(link.placement.inverse() * frame.placement)
-        site = {"name": f"{hand.name}_hand", "size": "0.03", "rgba": f"{colour} 1", **place}
+        site = {"name": f"{hand.name}_hand", "size": "0.03", "rgba": f"{numbers(rgb(hand_colour(i)))} 1", **place}
         SubElement(elements[link.name], "site", site)
 
 
@@ -76,7 +75,7 @@ def _add_joint(body: Element, joint: Element, robot: Robot, effort_limit: float 
     attributes = {"name": name, "type": kind, "axis": "1 0 0" if axis is None else axis.attrib["xyz"]}
     if effort_limit is not None:
         i = robot.joint_names.index(name)
-        attributes |= {"range": numbers([robot.lower[i], robot.upper[i]]), "actuatorgravcomp": "true"}
+        attributes["range"] = numbers([robot.lower[i], robot.upper[i]])
         if np.isfinite(effort_limit):
             attributes["actuatorfrcrange"] = numbers([-effort_limit, effort_limit])
     SubElement(body, "joint", attributes)
@@ -111,7 +110,7 @@ def _add_inertial(body: Element, link: Element) -> None:
 def visuals(urdf: Element, link: str) -> Iterator[tuple[PlacedShape, str]]:
     """Yield the primitive visual bodies of a link, in its frame, and their colours."""
     materials = {material.get("name"): material for material in urdf.findall("material")}
-    for visual in urdf.findall(f"link[@name='{link}']/visual"):
+    for visual in (v for each in urdf.findall("link") if each.get("name") == link for v in each.findall("visual")):
         material = visual.find("material")
         if material is not None and material.find("color") is None:
             material = materials.get(material.get("name"))

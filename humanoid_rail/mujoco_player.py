@@ -4,8 +4,8 @@
     python play.py --headless   simulates once; prints how well the robot follows and what it touches
 
 The robot is driven, not placed: each actuated joint has a position drive, whose force is kp (ctrl - q) - kv q_dot. With
-ctrl = q_ref + (kv / kp) q_dot_ref that is kp (q_ref - q) + kv (q_dot_ref - q_dot), so that the damping does not hold
-back the motion.
+ctrl = q_ref + (kv q_dot_ref + load) / kp that is kp (q_ref - q) + kv (q_dot_ref - q_dot) + load: the damping does not
+hold back the motion, and the weight, which the load bears, does not pull the robot down.
 """
 
 from __future__ import annotations
@@ -51,12 +51,12 @@ class Tracking:
     contacts: tuple[Touch, ...]
     """Each pair once, by time."""
     largest_forces: dict[str, float]
-    """Of the drives, what holds the robot against gravity included, by joint; N or N m."""
+    """Of the drives, by joint; N or N m."""
 
 
 @dataclass(frozen=True)
 class Motion:
-    """What `trajectory.npz` holds. N samples, nq joints, n actuated ones, h hands, k moving obstacles."""
+    """What `motion.npz` holds. N samples, nq joints, n actuated ones, h hands, k moving obstacles."""
 
     time: Array
     """(N,), s."""
@@ -64,6 +64,8 @@ class Motion:
     """(N, nq), m and rad; between the samples it is the cubic spline through qpos and qvel."""
     qvel: Array
     """(N, nq), m/s and rad/s."""
+    load: Array
+    """What holds the robot against gravity at the samples (N, n), N and N m."""
     ctrl: Array
     """What the drives are given at the samples (N, n), m and rad."""
     hands: Array
@@ -83,16 +85,16 @@ class Motion:
         c, d = 3 * (b - a) - 2 * u - v, 2 * (a - b) + u + v
         return a + s * (u + s * (c + s * d)), (u + s * (2 * c + 3 * s * d)) / h
 
-    def displacement(self, t: float) -> Array:
-        """Return how far the moving obstacles have come (k, 3) at a time in s, m."""
-        flat = self.mocap.reshape(len(self.time), -1)
-        return np.array([np.interp(t, self.time, column) for column in flat.T]).reshape(-1, 3)
+    def between(self, samples: Array, t: float) -> Array:
+        """Return what is given at the samples (N, ...) at a time in s: linear between them."""
+        flat = samples.reshape(len(self.time), -1)
+        return np.array([np.interp(t, self.time, column) for column in flat.T]).reshape(samples.shape[1:])
 
 
 def load(folder: str | Path) -> tuple[mujoco.MjModel, Motion]:
     """Return the model and the motion of an exported folder."""
     folder = Path(folder)
-    with np.load(folder / "trajectory.npz") as arrays:
+    with np.load(folder / "motion.npz") as arrays:
         motion = Motion(**arrays)
     return mujoco.MjModel.from_xml_path(str(folder / "scene.xml")), motion
 
@@ -115,13 +117,14 @@ def control(model: mujoco.MjModel, motion: Motion, t: float) -> Array:
     driven = model.actuator_trnid[:, 0]
     qpos, qvel = motion.at(t)
     kp, kv = -model.actuator_biasprm[:, 1], -model.actuator_biasprm[:, 2]
-    return np.asarray(qpos[model.jnt_qposadr[driven]] + kv / kp * qvel[model.jnt_dofadr[driven]])
+    forces = kv * qvel[model.jnt_dofadr[driven]] + motion.between(motion.load, t)
+    return np.asarray(qpos[model.jnt_qposadr[driven]] + forces / kp)
 
 
 def step(model: mujoco.MjModel, data: mujoco.MjData, motion: Motion) -> None:
     """Simulate one step of the motion."""
     data.ctrl[:] = control(model, motion, data.time)
-    data.mocap_pos[:] = motion.displacement(data.time)
+    data.mocap_pos[:] = motion.between(motion.mocap, data.time)
     mujoco.mj_step(model, data)
 
 
@@ -135,6 +138,8 @@ def track(folder: str | Path) -> Tracking:
     hands = [i for i in range(model.nsite) if model.site(i).name.endswith("_hand")]
     touches: dict[tuple[int, int], Touch] = {}
     dofs, kv = model.jnt_dofadr[model.actuator_trnid[:, 0]], -model.actuator_biasprm[:, 2]
+    joints = model.actuator_trnid[:, 0]
+    limits = np.where(model.jnt_actfrclimited[joints], model.jnt_actfrcrange[joints, 1], np.inf)
     forces = np.zeros(model.nu)
     worst = error = 0.0
     for _ in range(steps):
@@ -142,26 +147,30 @@ def track(folder: str | Path) -> Tracking:
         step(model, data, motion)
         # The integrator damps by the velocity at the end of the step; qfrc_actuator has that at its start.
         damped = data.qfrc_actuator[dofs] - kv * (data.qvel[dofs] - before)
-        forces = np.maximum(forces, abs(damped))
-        for i in range(data.ncon):
-            _note(model, touches, data.contact[i], data.time - model.opt.timestep)
+        forces = np.maximum(forces, np.minimum(abs(damped), limits))
+        _note_contacts(model, data, data.time - model.opt.timestep, touches)
         reference.qpos[:] = motion.at(data.time)[0]
         mujoco.mj_kinematics(model, reference)
         mujoco.mj_kinematics(model, data)
         error = float(np.linalg.norm(data.site_xpos[hands] - reference.site_xpos[hands], axis=1).max())
         worst = max(worst, error)
+    mujoco.mj_forward(model, data)
+    _note_contacts(model, data, data.time, touches)
     largest = {model.actuator(i).name: float(forces[i]) for i in range(model.nu)}
     return Tracking(worst, error, tuple(touches.values()), largest)
 
 
-def _note(model: mujoco.MjModel, touches: dict[tuple[int, int], Touch], contact: mujoco.MjContact, time: float) -> None:
-    pair = (int(contact.geom1), int(contact.geom2))
-    depth = -float(contact.dist)
-    known = touches.get(pair)
-    if known is not None:
-        touches[pair] = Touch(known.time, known.one, known.other, max(known.depth, depth))
-    elif depth > 0:
-        touches[pair] = Touch(time, model.geom(pair[0]).name, model.geom(pair[1]).name, depth)
+def _note_contacts(
+    model: mujoco.MjModel, data: mujoco.MjData, time: float, touches: dict[tuple[int, int], Touch]
+) -> None:
+    """Add the contacts of a state at a time in s to those known."""
+    for i in range(data.ncon):
+        pair, depth = (int(data.contact[i].geom1), int(data.contact[i].geom2)), -float(data.contact[i].dist)
+        known = touches.get(pair)
+        if known is not None:
+            touches[pair] = Touch(known.time, known.one, known.other, max(known.depth, depth))
+        elif depth > 0:
+            touches[pair] = Touch(time, model.geom(pair[0]).name, model.geom(pair[1]).name, depth)
 
 
 def draw_paths(scene: mujoco.MjvScene, motion: Motion) -> None:

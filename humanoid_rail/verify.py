@@ -13,10 +13,15 @@ from humanoid_rail.arrays import Array
 from humanoid_rail.certificate import Certificate
 from humanoid_rail.engines import get_engine
 from humanoid_rail.errors import InvalidInput, check_kind
+from humanoid_rail.kinematics import Kinematics
 from humanoid_rail.obstacles import FARTHEST
 from humanoid_rail.robot import Robot, check_joint_names
 from humanoid_rail.scene import Scene
 from humanoid_rail.spline import certify_spline
+from humanoid_rail.trajectory import Trajectory
+
+SAME_PLACE = 1e-6
+"""So near to each other two computed places are the same, m."""
 
 
 class SampledMotion(Protocol):
@@ -65,7 +70,11 @@ def verify(robot: Robot, scene: Scene, trajectory: SampledMotion, *, engine: str
     if t.shape != (len(q),):
         raise InvalidInput("trajectory.t", t.shape, f"an array of shape ({len(q)},), a time for each configuration")
     timing = getattr(trajectory, "timing", None)
-    velocity = None if timing is None else np.array(timing.velocity, float)
+    try:
+        velocity = None if timing is None else np.array(timing.velocity, float)
+    except (AttributeError, TypeError, ValueError) as error:
+        valid = f"something with velocities (N, n), such as a Timing, or None ({error})"
+        raise InvalidInput("trajectory.timing", timing, valid) from error
     if velocity is not None and velocity.shape != q.shape:
         raise InvalidInput("trajectory.timing.velocity", velocity.shape, f"an array of the shape of q, {q.shape}")
     for name, values in (("t", t), ("q", q), *([("timing.velocity", velocity)] if velocity is not None else [])):
@@ -80,3 +89,21 @@ def verify(robot: Robot, scene: Scene, trajectory: SampledMotion, *, engine: str
     if velocity is None:
         return certify(robot, scene.obstacles, t, q)
     return certify_spline(robot, scene.obstacles, t, q, velocity, certify)
+
+
+def check_robot(robot: Robot, trajectory: Trajectory) -> None:
+    """Check that a trajectory is one of a robot: by its joints, its hands, and where these start.
+
+    Raises:
+        InvalidInput: If it is not.
+    """
+    check_kind("trajectory", trajectory, Trajectory)
+    check_kind("robot", robot, Robot)
+    check_joint_names(robot, trajectory.joint_names)
+    if trajectory.hand_names != robot.hand_names:
+        valid = f"those of the robot: {', '.join(robot.hand_names)}"
+        raise InvalidInput("trajectory.hand_names", trajectory.hand_names, valid)
+    there = Kinematics(robot).hand_positions(trajectory.q[0])
+    if not np.allclose(trajectory.hands[0], there, rtol=0.0, atol=SAME_PLACE):
+        valid = f"where this robot has its hands then, {there.tolist()}: the robot that the motion was planned for"
+        raise InvalidInput("trajectory.hands[0]", trajectory.hands[0].tolist(), valid)

@@ -190,6 +190,9 @@ def test_what_cannot_be_exported_is_refused(
     q[3, 2] = np.nan
     for trajectory, of, format, out, field in (
         (motion, robot, "xml", "a", "format"),
+        (motion, robot, ["csv"], "a", "format"),
+        (motion.q, robot, "csv", "a", "trajectory"),
+        (motion, "robot", "csv", "a", "robot"),
         (motion, robot, "csv", "", "out"),  # the folder itself
         (motion, other, "csv", "a", r"trajectory\.hand_names"),
         (replace(motion, joint_names=robot.joint_names[::-1]), robot, "ros-yaml", "a", r"trajectory\.joint_names"),
@@ -198,7 +201,6 @@ def test_what_cannot_be_exported_is_refused(
         (replace(motion, t=motion.t[:1], q=motion.q[:1]), robot, "mujoco", "a", r"trajectory\.t .*two samples"),
         (raw, robot, "mujoco", "a", r"trajectory\.timing .*retimed"),
         (motion, robot, "ros-json", "x" * 300, "out"),
-        (motion, robot, "ros-json", "x" * 254, "out"),
         (motion, robot, "mujoco", "x" * 300, "out"),
     ):
         with pytest.raises(InvalidInput, match=f"^{field}"):
@@ -227,10 +229,19 @@ def test_an_older_file_is_replaced_and_kept_if_the_new_one_cannot_be_written(
 
 
 def test_an_export_does_not_replace_a_plan(motion: Trajectory, robot: Robot, scene: Scene, tmp_path: Path) -> None:
-    write_trajectory(motion, tmp_path)
-    with pytest.raises(InvalidInput, match=r"out .*folder than that of a plan"):
-        export(motion, robot, scene, "mujoco", tmp_path)
-    np.testing.assert_array_equal(read_trajectory(tmp_path).q, motion.q)
+    """Both can be in one folder, whichever comes first."""
+    finite = replace(motion, q=np.clip(motion.q, robot.lower, robot.upper))
+    for folder, order in ((tmp_path / "a", (1, -1)), (tmp_path / "b", (-1, 1))):
+        for which in order:
+            if which > 0:
+                write_trajectory(finite, folder)
+            else:
+                export(finite, robot, scene, "mujoco", folder)
+        np.testing.assert_array_equal(read_trajectory(folder).q, finite.q)
+        with np.load(folder / "motion.npz") as arrays:
+            np.testing.assert_array_equal(arrays["time"], finite.t)
+        with pytest.raises(InvalidInput, match=r"out .*a new name"):
+            export(finite, robot, scene, "csv", folder / "trajectory.csv")
 
 
 def test_every_format_can_be_written(motion: Trajectory, robot: Robot, scene: Scene, tmp_path: Path) -> None:

@@ -36,6 +36,7 @@ from humanoid_rail import (
     retime,
     robot_from_urdf,
 )
+from humanoid_rail.drives import drives
 from humanoid_rail.export import export
 from humanoid_rail.mjcf import mjcf
 
@@ -58,8 +59,12 @@ def folder(motion: Trajectory, robot: Robot, scene: Scene, tmp_path_factory: pyt
     return folder
 
 
+def text_of(robot: Robot, scene: Scene, motion: Trajectory) -> str:
+    return mjcf(robot, scene, motion, drives(robot, motion.q), motion.q[0])
+
+
 def compiled(robot: Robot, scene: Scene, motion: Trajectory) -> Any:
-    return mujoco.MjModel.from_xml_string(mjcf(robot, scene, motion))
+    return mujoco.MjModel.from_xml_string(text_of(robot, scene, motion))
 
 
 def names(model: Any, pairs: Any) -> set[frozenset[str]]:
@@ -196,7 +201,7 @@ def test_what_may_be_in_contact_is_what_is_checked(which: str, motion: Trajector
         Sphere(center=(0.0, 2.0, 3.0), radius=0.1, velocity=(0.0, 0.1, 0.0)),
     )
     scene = nothing(robot).model_copy(update={"obstacles": obstacles})
-    text = mjcf(robot, scene, still(robot, motion, robot.initial))
+    text = text_of(robot, scene, still(robot, motion, robot.initial))
     text = text.replace("<geom class", '<geom margin="100" class').replace("<pair ", '<pair margin="100" ')
     model = mujoco.MjModel.from_xml_string(text)
     data = placed(model, robot.full_configuration(robot.initial))
@@ -261,7 +266,7 @@ def test_obstacles_are_where_the_scene_has_them(
     for scenery, shift in ((obstacles, np.zeros(3)), (moved, np.array([0.2, -0.1, 0.3]))):
         for obstacle, distance in zip(scenery, distances, strict=True):
             scene = nothing(robot).model_copy(update={"obstacles": (obstacle,)})
-            text = mjcf(robot, scene, still(robot, motion, robot.initial))
+            text = text_of(robot, scene, still(robot, motion, robot.initial))
             probe = '<body name="probe"><freejoint/><geom name="probe" size="0.001"/></body></worldbody>'
             # The probe has no inertial; only here do geoms have mass.
             text = text.replace("</worldbody>", probe).replace('inertiafromgeom="false"', 'inertiafromgeom="auto"')
@@ -292,7 +297,7 @@ def test_a_mesh_is_its_convex_pieces(motion: Trajectory, robot: Robot, tmp_path:
     mesh = Mesh(file=str(tmp_path / "ell.stl"), center=(1.0, 2.0, 3.0))
     assert len(mesh.pieces) > 1
     scene = nothing(robot).model_copy(update={"obstacles": (mesh,)})
-    text = mjcf(robot, scene, still(robot, motion, robot.initial))
+    text = text_of(robot, scene, still(robot, motion, robot.initial))
     probe = '<geom name="probe" pos="1.4 2.5 3.1" size="0.001"/></worldbody>'
     model = mujoco.MjModel.from_xml_string(text.replace("</worldbody>", probe))
     data = placed(model, robot.full_configuration(robot.initial))
@@ -306,8 +311,8 @@ def test_the_reference_between_samples_is_the_spline_of_the_motion(
     folder: Path, motion: Trajectory, robot: Robot
 ) -> None:
     model, exported = load(folder)
-    with np.load(folder / "trajectory.npz") as arrays:
-        assert set(arrays.files) == {"time", "qpos", "qvel", "ctrl", "hands", "mocap"}
+    with np.load(folder / "motion.npz") as arrays:
+        assert set(arrays.files) == {"time", "qpos", "qvel", "load", "ctrl", "hands", "mocap"}
     spline = CubicHermiteSpline(motion.t, motion.q, motion.timing.velocity)
     joints = [robot.model.joints[robot.model.getJointId(name)].idx_q for name in robot.joint_names]
     for t in np.linspace(0.0, motion.duration, 777)[:-1]:
@@ -334,23 +339,36 @@ def test_the_simulated_robot_follows_the_papers_third_case(folder: Path) -> None
 
 
 def test_the_drives_need_what_inverse_dynamics_says(motion: Trajectory, robot: Robot, tmp_path: Path) -> None:
-    """Against Pinocchio. What gravity asks of the passive joints they bear themselves in MuJoCo."""
+    """Against Pinocchio: S^T of what all joints need, as the passive ones are moved by their leaders."""
     ends = np.array([robot.initial, motion.q[-1]])
     line = replace(motion, q=ends[0] + np.linspace(0.0, 1.0, 9)[:, None] * (ends[1] - ends[0]))
     line = rest_to_rest(robot, line, duration=3.0)
     export(line, robot, nothing(robot), "mujoco", tmp_path)
     data, S = robot.model.createData(), robot.coupling
-    weightless = robot.model.copy()
-    weightless.gravity = pin.Motion.Zero()
-    actuated = [robot.model.joints[robot.model.getJointId(name)].idx_v for name in robot.joint_names]
-    needed = []
-    for q, v, a in zip(line.q, line.timing.velocity, line.timing.acceleration, strict=True):
-        full = robot.full_configuration(q)
-        inertial = S.T @ pin.rnea(weightless, data, full, S @ v, S @ a)
-        needed.append(inertial + pin.computeGeneralizedGravity(robot.model, data, full)[actuated])
+    needed = [
+        S.T @ pin.rnea(robot.model, data, robot.full_configuration(q), S @ v, S @ a)
+        for q, v, a in zip(line.q, line.timing.velocity, line.timing.acceleration, strict=True)
+    ]
     found = track(tmp_path).largest_forces
     assert list(found) == list(robot.joint_names)
     np.testing.assert_allclose([*found.values()], abs(np.array(needed)).max(axis=0), rtol=0.05, atol=1.0)
+
+
+def test_at_rest_the_drives_hold_the_weight(
+    motion: Trajectory, robot: Robot, rng: np.random.Generator, tmp_path: Path
+) -> None:
+    """Against the change of the potential energy, by central differences along each actuated joint."""
+    q = rng.uniform(robot.lower, robot.upper)
+    export(still(robot, motion, q), robot, nothing(robot), "mujoco", tmp_path)
+    data, step = robot.model.createData(), 1e-6
+
+    def potential(q: np.ndarray) -> float:
+        return float(pin.computePotentialEnergy(robot.model, data, robot.full_configuration(q)))
+
+    weight = [(potential(q + by) - potential(q - by)) / (2 * step) for by in step * np.eye(robot.n)]
+    tracking = track(tmp_path)
+    np.testing.assert_allclose([*tracking.largest_forces.values()], np.abs(weight), rtol=0.02, atol=2.0)
+    assert tracking.largest_hand_error < 1e-3
 
 
 def test_passive_joints_have_no_play(folder: Path, robot: Robot) -> None:
@@ -392,10 +410,10 @@ def test_another_robot_holds_still(motion: Trajectory, other: Robot, tmp_path: P
 def test_what_mujoco_cannot_have_is_refused(motion: Trajectory, scene: Scene, other: Robot) -> None:
     thin = load_robot(link_radius=0.0)
     with pytest.raises(InvalidInput, match="collision body carriage_0"):
-        mjcf(thin, scene, motion)
+        text_of(thin, scene, motion)
     light = robot_from_urdf(other.urdf.replace('<mass value="1.5"/>', '<mass value="0"/>'), None, other.hands)
     with pytest.raises(InvalidInput, match="inertial of what j0 moves"):
-        mjcf(light, nothing(light), still(light, motion, light.initial))
+        text_of(light, nothing(light), still(light, motion, light.initial))
 
 
 def test_the_player_needs_mujoco_and_numpy_alone(folder: Path) -> None:
