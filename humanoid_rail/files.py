@@ -1,14 +1,15 @@
-"""Reading and writing trajectories; writing files whole or not at all."""
+"""Reading and writing trajectories; writing files that appear when they are whole."""
 
 from __future__ import annotations
 
 import csv
 import json
 import os
+import zlib
 from collections.abc import Mapping
-from contextlib import suppress
 from io import BytesIO, StringIO
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from types import MappingProxyType
 from typing import Any
 from zipfile import BadZipFile
@@ -23,6 +24,8 @@ from humanoid_rail.search import PathQuality, Search
 from humanoid_rail.timing import Peak, Timing
 from humanoid_rail.trajectory import Status, Trajectory
 
+DAMAGED = (BadZipFile, RuntimeError, zlib.error)
+"""What zipfile raises for files that are damaged; RuntimeError where they seem to be encrypted."""
 SUMMARY = "summary.json"
 """The file by which the folder of a plan is known."""
 
@@ -32,7 +35,7 @@ def write_trajectory(
 ) -> tuple[Path, ...]:
     """Write `trajectory.npz`, `trajectory.csv` and `summary.json` to a folder, which is made if need be.
 
-    The files appear whole and together, or none of them; files of the same names are replaced.
+    Every file is written before the first appears; files of the same names are replaced.
 
     Args:
         trajectory: What to write.
@@ -57,7 +60,7 @@ def write_trajectory(
 
 
 def write_files(folder: str | Path, files: Mapping[str, bytes]) -> tuple[Path, ...]:
-    """Write files to a folder, which is made if need be: whole and together, or none of them.
+    """Write files to a folder, which is made if need be. Every file is written before the first appears.
 
     Args:
         folder: Where to.
@@ -72,21 +75,19 @@ def write_files(folder: str | Path, files: Mapping[str, bytes]) -> tuple[Path, .
     check_folder(folder)
     folder = Path(folder)
     made = not folder.exists()
-    unfinished = {folder / name: folder / f".{name}.{os.getpid()}" for name in files}
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        for path, part in unfinished.items():
-            part.write_bytes(files[path.name])
-        for path, part in unfinished.items():
-            part.replace(path)
+        # Replaced when all of them are written.
+        with TemporaryDirectory(prefix=".unfinished-", dir=folder) as unfinished:
+            for name, content in files.items():
+                (Path(unfinished) / name).write_bytes(content)
+            for name in files:
+                (Path(unfinished) / name).replace(folder / name)
     except OSError as error:
-        for part in unfinished.values():
-            with suppress(OSError):
-                part.unlink()
         if made and folder.is_dir() and not any(folder.iterdir()):
             folder.rmdir()
         raise InvalidInput("out", str(folder), f"a folder that can be written to ({error})") from error
-    return tuple(unfinished)
+    return tuple(folder / name for name in files)
 
 
 def check_folder(folder: str | Path) -> None:
@@ -114,7 +115,7 @@ def read_trajectory(folder: str | Path) -> Trajectory:
     try:
         summary = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
         with np.load(folder / "trajectory.npz") as arrays:
-            return Trajectory(
+            trajectory = Trajectory(
                 t=frozen(arrays["t"]),
                 q=frozen(arrays["q"]),
                 hands=frozen(np.stack([arrays[name] for name in summary["hand_names"]], axis=1)),
@@ -139,9 +140,31 @@ def read_trajectory(folder: str | Path) -> Trajectory:
                 engine=summary["engine"],
                 settings=summary["settings"],
             )
-    except (OSError, ValueError, KeyError, TypeError, BadZipFile) as error:
-        valid = f"a folder with trajectory.npz and summary.json ({error})"
+        _check_shapes(trajectory)
+    except (OSError, EOFError, LookupError, TypeError, ValueError, AttributeError, *DAMAGED) as error:
+        why = f"{error} is missing" if isinstance(error, KeyError) else error
+        valid = f"a folder with trajectory.npz and summary.json, as write_trajectory writes them ({why})"
         raise InvalidInput("trajectory", str(folder), valid) from error
+    return trajectory
+
+
+def _check_shapes(trajectory: Trajectory) -> None:
+    """Check that there is something for each sample, each joint and each hand.
+
+    Raises:
+        ValueError: If there is not.
+    """
+    N, n, h = len(trajectory.t), len(trajectory.joint_names), len(trajectory.hand_names)
+    shapes = {"t": (N,), "q": (N, n), "hands": (N, h, 3), "manipulability": (N,)}
+    found = {name: getattr(trajectory, name) for name in shapes}
+    if trajectory.timing is not None:
+        shapes |= {"velocity": (N, n), "acceleration": (N, n)}
+        found |= {"velocity": trajectory.timing.velocity, "acceleration": trajectory.timing.acceleration}
+    for name, shape in shapes.items():
+        if found[name].shape != shape or N == 0:
+            raise ValueError(f"{name} is of shape {found[name].shape}, not {shape} with 1 or more samples")
+    if trajectory.clearance.ndim != 2 or len(trajectory.clearance) != N:
+        raise ValueError(f"clearance is of shape {trajectory.clearance.shape}, not ({N}, obstacles)")
 
 
 def _certificate(summary: Mapping[str, Any]) -> Certificate:

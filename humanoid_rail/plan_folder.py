@@ -78,6 +78,9 @@ def read_plan(folder: str | Path, scene_file: str | None = None, robot_file: str
         raise InvalidInput("robot", ", ".join(robot.joint_names), valid, source)
     source = scene_file or str(Path(folder) / SCENE)
     scene = load_scene(scene_file) if scene_file else _scene(source)
+    if not scene_file and scene.name != trajectory.scene:
+        valid = f"{trajectory.scene!r}, the scene that this trajectory was planned for, or another given by --scene"
+        raise InvalidInput("name", scene.name, valid, source)
     try:
         check_scene(robot, scene)
     except InvalidInput as error:

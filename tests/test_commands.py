@@ -18,6 +18,7 @@ import pytest
 from conftest import ROOT
 
 from humanoid_rail import (
+    InvalidInput,
     Mesh,
     Robot,
     Scene,
@@ -236,6 +237,18 @@ def test_what_is_missing_from_a_folder_is_named(
     (tmp_path / "scene.json").write_text("{")
     assert_bad_input(Ran(capfd, "verify", tmp_path), "scene.json: scene is '{'; valid: JSON")
     assert Ran(capfd, "verify", tmp_path, "--scene", ROOT / "scenes" / "paper.yaml").code == 0
+
+
+def test_a_scene_of_another_plan_is_not_believed(folder: Path, robot: Robot, tmp_path: Path) -> None:
+    """The samples of a plan were replaced by those of another, and the scene and the robot stayed."""
+    write_plan(read_plan(folder), tmp_path)
+    other = load_scene(ROOT / "scenes" / "dev" / "sparse-80000.json")
+    write_trajectory(plan(robot, other), tmp_path)
+    with pytest.raises(InvalidInput, match="planned for") as caught:
+        read_plan(tmp_path)
+    assert (caught.value.field, caught.value.value) == ("name", "paper")
+    scene_file = str(ROOT / "scenes" / "dev" / "sparse-80000.json")
+    assert read_plan(tmp_path, scene_file).scene == other
 
 
 def test_play_serves_the_plan_until_it_is_interrupted(folder: Path, tmp_path: Path) -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import csv
 import json
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import fields, replace
 from pathlib import Path
 
@@ -134,3 +136,33 @@ def test_folders_that_cannot_be_used(trajectory: Trajectory, tmp_path: Path) -> 
     (tmp_path / "summary.json").write_text("{}")
     with pytest.raises(InvalidInput, match="trajectory"):
         read_trajectory(tmp_path)
+
+
+def test_damaged_files_are_bad_input(trajectory: Trajectory, tmp_path: Path, rng: np.random.Generator) -> None:
+    """Flipped bytes are found, or do not matter to what is read."""
+    write_trajectory(trajectory, tmp_path)
+    path = tmp_path / "trajectory.npz"
+    whole = path.read_bytes()
+    for _ in range(200):
+        damaged = bytearray(whole)
+        damaged[rng.integers(len(whole))] ^= rng.integers(1, 256)
+        path.write_bytes(damaged)
+        with suppress(InvalidInput):
+            assert len(read_trajectory(tmp_path).q) == len(trajectory.t)
+
+
+def test_arrays_have_something_for_each_sample(trajectory: Trajectory, tmp_path: Path) -> None:
+    write_trajectory(trajectory, tmp_path)
+    with np.load(tmp_path / "trajectory.npz") as file:
+        arrays = dict(file)
+    for name, value in (("t", trajectory.t[1:]), ("q", trajectory.q[:, 1:]), ("clearance", trajectory.clearance[1:])):
+        np.savez(tmp_path / "trajectory.npz", **{**arrays, name: value})
+        with pytest.raises(InvalidInput, match="is of shape"):
+            read_trajectory(tmp_path)
+
+
+def test_threads_can_write_to_the_same_folder(trajectory: Trajectory, tmp_path: Path) -> None:
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(lambda _: write_trajectory(trajectory, tmp_path), range(40)))
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["summary.json", "trajectory.csv", "trajectory.npz"]
+    np.testing.assert_array_equal(read_trajectory(tmp_path).q, trajectory.q)
