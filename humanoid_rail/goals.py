@@ -7,7 +7,7 @@ configuration reaches. Both are told apart before a way is looked for.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from itertools import combinations, islice
 
 import coal
@@ -31,10 +31,12 @@ WIDEST = 10.0
 """Joints without position limits are taken to have these, m and rad."""
 PULLS = 8
 """How often a goal is pulled towards the start."""
-REACH_SEEDS = 48
-"""Starts of the inverse kinematics that judges the reach."""
+REACH_SEEDS, TURN_SEEDS = 48, 1000
+"""Starts of the inverse kinematics that judges the reach, and how hands can be turned: few lead there."""
 MOST_STEPS = 100
 """Of the search for the smallest error."""
+TURNED = 1e-5
+"""Hands whose points are no farther from where they have to be can be turned as they have to be, m."""
 POINT = 1e-9
 """The radius of a point, m."""
 
@@ -118,17 +120,19 @@ def out_of_reach(
         deadline: When to stop looking, on the clock of `time.perf_counter`, s; then targets count as in reach.
     """
 
-    def too_far(robot: Robot, points: Array, some: list[int]) -> float | None:
-        """Return the least error of some points of a robot, if it is more than the tolerance."""
-        error = _least_error(robot, points, some, start, computing, random, tolerance, deadline)
+    def too_far(robot: Robot, points: Array, some: list[int], tolerance: float, attempts: int) -> float | None:
+        """Return the least error of some points of a robot, if it is more than a tolerance in m."""
+        places = islice(seeds(robot, start, random), attempts)
+        error = _least_error(robot, points, some, places, computing, tolerance, deadline)
         return error if error is not None and error > tolerance else None
 
     hands = task.robot.hand_names
     every = list(range(len(hands)))
-    together = too_far(task.robot, task.targets, every)
+    together = too_far(task.robot, task.targets, every, tolerance, REACH_SEEDS)
     if together is not None:
-        alone = [(name, too_far(task.robot, task.targets, [i])) for i, name in enumerate(hands)]
-        far = [f"the target of the {name} hand is {error:.3g} m out of reach" for name, error in alone if error]
+        errors = [too_far(task.robot, task.targets, [i], tolerance, REACH_SEEDS) for i in every]
+        named = zip(hands, errors, strict=True)
+        far = [f"the target of the {name} hand is {error:.3g} m out of reach" for name, error in named if error]
         if far:
             return ", and ".join(far)
         if time.perf_counter() > deadline:
@@ -139,18 +143,16 @@ def out_of_reach(
         )
     if not task.is_oriented:
         return None
-    together = too_far(task.posed, task.points, list(range(len(task.points))))
+    # No tolerance is about how hands are turned.
+    together = too_far(task.posed, task.points, list(range(len(task.points))), TURNED, TURN_SEEDS)
     if together is None:
         return None
     levers = len(task.points) - len(task.targets)
-    of = [hand.arm for hand in task.posed.hands]
-    alone = [
-        (hand.name, too_far(task.posed, task.points, [i for i, arm in enumerate(of) if arm == hand.arm]))
-        for hand in task.robot.hands
-    ]
+    on = [[i for i, owner in enumerate(task.owners) if owner == hand] for hand in every]
+    alone = [too_far(task.posed, task.points, some, TURNED, TURN_SEEDS) for some in on]
     far = [
-        f"the {name} hand is {_degrees(error, of.count(arm) - 1)} deg from how it has to be turned"
-        for (name, error), arm in zip(alone, [hand.arm for hand in task.robot.hands], strict=True)
+        f"the {name} hand is {_degrees(error, len(some) - 1)} deg from how it has to be turned"
+        for name, some, error in zip(hands, on, alone, strict=True)
         if error
     ]
     if far:
@@ -173,21 +175,23 @@ def _least_error(
     robot: Robot,
     targets: Array,
     some: list[int],
-    start: Array,
+    places: Iterable[Array],
     computing: Engine,
-    random: np.random.Generator,
     tolerance: float,
     deadline: float,
 ) -> float | None:
-    """Return the least error in m of some of a robot's points that is found in time; None if time runs out."""
+    """Return the least error in m of some of a robot's points that is found in time; None if time runs out.
+
+    The search begins at some places (n,).
+    """
     solver, kinematics = computing.inverse_kinematics(robot, ()), computing.kinematics(robot, ())
     weights = np.zeros_like(targets)
     weights[some] = 1.0
     rows = np.flatnonzero(weights)
-    best = Posture(start, np.inf, np.inf)
-    for seed in islice(seeds(robot, start, random), REACH_SEEDS):
-        found = solver.solve(seed, targets.ravel(), weights.ravel(), -np.inf)
-        best = min(best, found, key=lambda posture: posture.error)
+    best = Posture(np.empty(0), np.inf, np.inf)
+    for place in places:
+        found = solver.solve(place, targets.ravel(), weights.ravel(), -np.inf)
+        best = min(found, best, key=lambda posture: posture.error)
         if best.error <= tolerance:
             return float(best.error)
         if time.perf_counter() > deadline:

@@ -34,6 +34,8 @@ class Task(FrozenArrays):
     kinematics: its Jacobian has dependent rows, and its manipulability means nothing."""
     points: Array
     """Where these have to be (p, 3), m."""
+    owners: tuple[int, ...]
+    """Which of the h hands each of them is on (p,)."""
 
     @property
     def is_oriented(self) -> bool:
@@ -59,9 +61,9 @@ def rows_of(robot: Robot, task: Task) -> list[int]:
 def _task(robot: Robot, step: Step) -> Task:
     targets = frozen([position(target) for name in robot.hand_names if (target := step[name]) is not None])
     if not any(is_oriented(step[name]) for name in robot.hand_names):
-        return Task(robot, targets, robot, targets)
-    model, hands, points = pin.Model(robot.model), list(robot.hands), list(targets)
-    for hand in robot.hands:
+        return Task(robot, targets, robot, targets, tuple(range(len(targets))))
+    model, hands, points, owners = pin.Model(robot.model), list(robot.hands), list(targets), list(range(len(targets)))
+    for owner, hand in enumerate(robot.hands):
         target = step[hand.name]
         if isinstance(target, Pose):
             for number, (offset, point) in enumerate(_further_points(hand, target)):
@@ -69,7 +71,8 @@ def _task(robot: Robot, step: Step) -> Task:
                 model.addFrame(_shifted(model.frames[model.getFrameId(hand.frame)], name, offset))
                 hands.append(Hand(f"{hand.name} point {number}", name, hand.arm))
                 points.append(point)
-    return Task(robot, targets, replace(robot, model=model, hands=tuple(hands)), frozen(points))
+                owners.append(owner)
+    return Task(robot, targets, replace(robot, model=model, hands=tuple(hands)), frozen(points), tuple(owners))
 
 
 def _further_points(hand: Hand, pose: Pose) -> Iterator[tuple[Array, Array]]:

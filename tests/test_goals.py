@@ -20,7 +20,7 @@ def scene(*obstacles: Sphere, **targets: tuple[float, float, float]) -> Scene:
 
 
 def task(robot: Robot, targets: np.ndarray) -> Task:
-    return Task(robot, targets, robot, targets)
+    return Task(robot, targets, robot, targets, tuple(range(len(targets))))
 
 
 def asked(scene: Scene) -> tuple[np.ndarray, tuple[Obstacle, ...]]:
