@@ -25,7 +25,7 @@ class Contact:
 
 @dataclass(frozen=True)
 class Certificate:
-    """What :func:`humanoid_rail.verify` proves of a motion that is linear in q between its samples."""
+    """What :func:`humanoid_rail.verify` proves of a motion."""
 
     certified: bool
     """Whether no link touches an obstacle or another link at any time from the first sample to the last."""

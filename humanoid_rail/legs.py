@@ -13,7 +13,7 @@ from humanoid_rail.arrays import Array
 from humanoid_rail.engines import Engine
 from humanoid_rail.integration import Integration, Settings
 from humanoid_rail.limits import Motion
-from humanoid_rail.obstacles import moved
+from humanoid_rail.obstacles import at_rest, moved
 from humanoid_rail.paths import path_quality
 from humanoid_rail.resolution import Gains
 from humanoid_rail.robot import Robot
@@ -74,7 +74,7 @@ def travel_legs(
     """
     robot, obstacles = kinematics.robot, kinematics.obstacles
     deadline = time.perf_counter() + settings.max_planning_time
-    at_rest = not any(any(obstacle.velocity) for obstacle in obstacles)
+    still = at_rest(obstacles)
     tasks, legs, begun = tuple(tasks), list[Leg](), 0.0
     for number, task in enumerate(tasks):
         left = replace(
@@ -87,11 +87,11 @@ def travel_legs(
             legs.append(Leg(_standstill(start, Status.TIME_LIMIT, reason), "", None))
             break
         there = kinematics
-        if task.robot is not robot or (begun and not at_rest):
+        if task.robot is not robot or (begun and not still):
             there = computing.kinematics(task.robot, tuple(moved(obstacle, begun) for obstacle in obstacles))
         weights = replace(gains, gain=gains.diagonal(3 * len(robot.hands))[rows_of(robot, task)])
         seeds = seed if number == 0 else (seed, number)
-        if method == "auto" and at_rest:
+        if method == "auto" and still:
             legs.append(_find_leg(task, there, computing, start, weights, safety, left, seed, seeds))
         else:
             legs.append(_follow_velocity(task, there, method, computing, start, weights, safety, left))
@@ -149,6 +149,11 @@ def _find_leg(
     return Leg(motion, "qp" if motion.status is Status.REACHED else "", search)
 
 
+def arrival(times: Sequence[float]) -> str:
+    """Return the reason of a motion that reaches the targets of each step, at times in s."""
+    return f"at the targets at t = {', '.join(f'{t:.4g}' for t in times)} s"
+
+
 def _standstill(q: Array, status: Status, reason: str) -> Integration:
     visited = Motion(np.zeros(1), q[None, :], np.zeros((1, q.size)))
     return Integration(np.zeros(1), q[None, :], status, reason, 0, visited)
@@ -162,7 +167,7 @@ def _join(robot: Robot, legs: Sequence[Leg], count: int) -> Journey:
     if count == 1:
         reason = last.reason
     elif len(legs) == count and last.status is Status.REACHED:
-        reason = f"all {count} steps, at t = {', '.join(f'{end:.4g}' for end in begins[1:])} s"
+        reason = arrival(begins[1:].tolist())
     else:
         reason = f"step {len(legs)} of {count}, begun at t = {begins[-2]:.4g} s: {last.reason}"
     visits = [motion.visited for motion in motions]
@@ -194,10 +199,12 @@ def _joined(searches: Sequence[Search]) -> Search | None:
     if not searches:
         return None
     raws = [search.raw for search in searches if search.raw is not None]
+    # Lengths are comparable if they are of all legs.
+    complete = len(raws) == len(searches)
     return Search(
         seed=searches[0].seed,
         goals=sum(search.goals for search in searches),
         searches=sum(search.searches for search in searches),
         checks=sum(search.checks for search in searches),
-        raw=PathQuality(sum(raw.length for raw in raws), max(raw.sharpest_turn for raw in raws)) if raws else None,
+        raw=PathQuality(sum(raw.length for raw in raws), max(raw.sharpest_turn for raw in raws)) if complete else None,
     )

@@ -27,7 +27,7 @@ SHORTEST = 1e-3
 SLOWER, SLOWDOWNS = 1.5, 20
 """How much more time a part of a path gets where its samples stray from it, and how often."""
 STANDSTILL = 1e-9
-"""Shorter pieces of a path have no direction, s."""
+"""Shorter pieces of a path have no direction, and a shorter path is none, s."""
 
 
 def speed_units(robot: Robot) -> Array:
@@ -62,8 +62,14 @@ def path_quality(robot: Robot, *paths: Array) -> PathQuality:
 
 def without_standstill(robot: Robot, path: Array) -> Array:
     """Return a path (K, n) without the points at which it has not moved since the one before; its ends stay."""
-    moved = np.linalg.norm(np.diff(path, axis=0) / speed_units(robot), axis=1) > STANDSTILL
-    return np.vstack([path[:1], path[1:][moved]]) if moved.any() else path[[0, -1]]
+    points = path / speed_units(robot)
+    if (np.linalg.norm(np.diff(points, axis=0), axis=1) > STANDSTILL).all():
+        return path
+    kept = [0]
+    for i in range(1, len(path)):
+        if np.linalg.norm(points[i] - points[kept[-1]]) > STANDSTILL:
+            kept.append(i)
+    return path[[*kept[: max(1, len(kept) - 1)], len(path) - 1]]
 
 
 def round_corners(robot: Robot, path: Array, holds_between: Callable[[Array, Array], bool]) -> Array:

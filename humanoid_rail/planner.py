@@ -16,7 +16,7 @@ from humanoid_rail.errors import InvalidInput, check_kind, checked_number
 from humanoid_rail.integration import Settings
 from humanoid_rail.legs import travel_legs
 from humanoid_rail.limits import limit_violations, sampled
-from humanoid_rail.obstacles import name_of
+from humanoid_rail.obstacles import at_rest, name_of
 from humanoid_rail.resolution import Gains, Objective
 from humanoid_rail.robot import Robot
 from humanoid_rail.rollout import APART
@@ -24,7 +24,7 @@ from humanoid_rail.safety import Safety
 from humanoid_rail.scene import Scene, check_scene, field_of_step
 from humanoid_rail.targets import Pose, is_oriented
 from humanoid_rail.tasks import tasks_of
-from humanoid_rail.trajectory import Status, Trajectory
+from humanoid_rail.trajectory import MAX_SAMPLES, Status, Trajectory
 
 METHODS = ("auto", "qp", "gradient-projection")
 """How a plan is made; see :func:`plan`."""
@@ -32,8 +32,6 @@ SAFE = ("auto", "qp")
 """Those that keep clear."""
 MAX_PLANNING_TIME = 10.0
 """How long `auto` may look for a way unless told otherwise, s."""
-MAX_SAMPLES = 1_000_000
-"""The most samples that a trajectory may have."""
 
 
 def plan(
@@ -226,7 +224,7 @@ def _check_unused(method: str, safety: Safety, max_planning_time: float, seed: i
 
 def _check_turns(scene: Scene, method: str) -> None:
     """Check that hands are turned only by the method that can."""
-    if method == "auto" and not any(any(obstacle.velocity) for obstacle in scene.obstacles):
+    if method == "auto" and at_rest(scene.obstacles):
         return
     for number, step in enumerate(scene.steps):
         for hand, target in step.items():

@@ -2,7 +2,7 @@
 
 1. The path is rounded to one that turns continuously (`smooth_path.py`).
 2. It is followed as fast as the limits allow (`speed.py`).
-3. The motion becomes a cubic spline in time, in which the limits hold at all times (`spline.py`).
+3. The motion becomes a cubic spline in time (`rest_to_rest.py`), in which the limits hold at all times (`spline.py`).
 4. The spline is certified afresh. Where it comes nearer to something than the plan does, the path is followed more
    closely.
 """
@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import replace
 from importlib import import_module
 from itertools import pairwise
@@ -19,36 +18,42 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import BSpline
+from scipy.interpolate import CubicHermiteSpline
 
 from humanoid_rail.arrays import Array, frozen
 from humanoid_rail.certificate import Certificate
 from humanoid_rail.certification import RESOLUTION
 from humanoid_rail.engines import Engine, get_engine
 from humanoid_rail.errors import InvalidInput, check_kind, checked_number
+from humanoid_rail.legs import arrival
 from humanoid_rail.limits import Motion, limit_violations
-from humanoid_rail.paths import path_length, path_quality, speed_units
-from humanoid_rail.planner import MAX_SAMPLES, SAFE, judged, not_kept
-from humanoid_rail.robot import Robot, check_joint_names
+from humanoid_rail.paths import STANDSTILL, path_length, path_quality
+from humanoid_rail.planner import SAFE, judged, not_kept
+from humanoid_rail.rest_to_rest import follow
+from humanoid_rail.robot import Robot
 from humanoid_rail.scene import Scene
 from humanoid_rail.smooth_path import deviation, smooth_path
-from humanoid_rail.speed import Limits, Progress, fastest
-from humanoid_rail.spline import certify_spline, peaks, samples
+from humanoid_rail.speed import Limits
+from humanoid_rail.spline import certify_spline, fastest_in_between, peaks, samples
 from humanoid_rail.timing import Peak, Timing
-from humanoid_rail.trajectory import Status, Trajectory
+from humanoid_rail.trajectory import MAX_SAMPLES, Status, Trajectory
+from humanoid_rail.verify import check_robot
 
 SPACINGS = (0.05, 0.025, 0.0125, 0.006, 0.003)
 """How closely the path is followed, in turns until the certificate is as good as the plan's: the lengths between the
 control points of its spline, joint coordinates in units of their speed limits, s."""
 DEVIATION, CUT = 0.01, 0.005
 """The smooth path is no farther from the planned one than the first; the motion, which cuts its corners the more the
-larger dt is, no farther from that than the second; s, joint coordinates in units of their speed limits."""
-RETIMED = "; retimed"
-"""Where in the reason begins what retiming adds."""
-SLOWDOWNS, SLOWDOWN = 20, 1e-4
-"""How often a motion is slowed down a little to be within limits exactly, and how much more each time."""
-STANDSTILL = 1e-9
-"""A shorter path is none, s."""
+larger dt is, no farther from that than the second, and less the more closely the path is followed; s, joint coordinates
+in units of their speed limits."""
+FINE = 5e-3
+"""Time between the points of a path that are taken from a motion that was retimed already, s."""
+LONGEST_STEP = 10.0
+"""The longest time between samples, s."""
+LEAST_SPEED = 1e-3
+"""The smallest share of the limits of velocity that may be asked for."""
+SMALLEST_LIMIT, LARGEST_LIMIT = 1e-6, 1e9
+"""Of velocity, acceleration or jerk, if they are given; SI units."""
 
 
 class _Motion(NamedTuple):
@@ -73,7 +78,9 @@ def retime(
     velocity_limit: ArrayLike | None = None,
     acceleration_limit: ArrayLike | None = None,
     jerk_limit: ArrayLike | None = None,
+    speed: float = 1.0,
     dwell: float = 0.0,
+    max_time: float | None = None,
     engine: str = "native",
 ) -> Trajectory:
     """Return a trajectory along the same path, as fast as velocities and accelerations may be, at rest at both ends.
@@ -90,30 +97,33 @@ def retime(
         velocity_limit: One number for all joints, or one for each (n,), m/s and rad/s; the robot's if not given.
         acceleration_limit: The same, m/s^2 and rad/s^2.
         jerk_limit: The same, m/s^3 and rad/s^3; none if not given.
+        speed: Share of the limits of velocity to use; of those of acceleration its square is used, as if time went
+            slower, from 0.001 to 1. A limit of jerk stays.
         dwell: How long to rest at each target before the next, s.
+        max_time: Longest motion, s; one that takes longer is `time_limit`, though it is there. None if not given.
         engine: What certifies it; see :func:`plan`.
 
     Returns:
-        The trajectory with its `timing`, with the status it had, and with a certificate, clearances and violations of
-        its own. A certified plan by `auto` or `qp` that cannot be certified any more is `uncertified`, as can happen
-        where obstacles move.
+        The trajectory with its `timing`, with a certificate, clearances and violations of its own, and with the status
+        it had. But what reaches its targets by `auto` or `qp` and cannot be certified is `uncertified`, as can happen
+        where obstacles move. Of what does not get there the reason is the plan's, as are the times in it.
 
     Raises:
         InvalidInput: If an argument is not valid, the trajectory is for another robot, or a joint that moves has no
             finite limit of acceleration.
     """
-    check_kind("trajectory", trajectory, Trajectory)
-    check_kind("robot", robot, Robot)
     check_kind("scene", scene, Scene)
-    check_joint_names(robot, trajectory.joint_names)
+    check_robot(robot, trajectory)
     import_module("toppra.algorithm")  # seconds that are spent once are no time for planning
     started = time.perf_counter()
-    step = checked_number("dt", trajectory.settings["dt"] if dt is None else dt, above=0.0)
-    rest = checked_number("dwell", dwell, least=0.0)
+    step = checked_number("dt", trajectory.settings["dt"] if dt is None else dt, above=0.0, most=LONGEST_STEP)
+    rest = checked_number("dwell", dwell, least=0.0, most=step * MAX_SAMPLES)
+    longest = np.inf if max_time is None else checked_number("max_time", max_time, above=0.0)
     computing = get_engine(engine)
+    share = checked_number("speed", speed, least=LEAST_SPEED, most=1.0)
     limits = Limits(
-        _limit("velocity_limit", velocity_limit, robot, robot.velocity_limit),
-        _limit("acceleration_limit", acceleration_limit, robot, robot.acceleration_limit),
+        share * _limit("velocity_limit", velocity_limit, robot, robot.velocity_limit),
+        share**2 * _limit("acceleration_limit", acceleration_limit, robot, robot.acceleration_limit),
         _limit("jerk_limit", jerk_limit, robot, np.full(robot.n, np.inf)),
     )
     legs = _legs(trajectory)
@@ -121,14 +131,8 @@ def retime(
 
     motion = _certified_motion(robot, scene, legs, limits, step, rest, _wanted(trajectory), computing)
     t, certificate = motion.t, motion.certificate
-    status, reason = (
-        trajectory.status,
-        f"{trajectory.reason.split(RETIMED)[0]}{RETIMED}, the motion takes {t[-1]:.4g} s",
-    )
-    if trajectory.method in SAFE and status in (Status.REACHED, Status.UNCERTIFIED):
-        status, reason = judged(certificate, reason)
-    if trajectory.method in SAFE:
-        reason += not_kept(certificate, float(np.max(trajectory.settings["safety_distance"])))
+    arrivals = tuple(float(t[end]) for end in motion.ends[: len(trajectory.arrivals)])
+    status, reason = _judged(trajectory, len(scene.steps), arrivals, float(t[-1]), longest, certificate)
     horizon = np.inf if trajectory.settings["far_clearances"] else trajectory.settings["epsilon"]
     course = computing.kinematics(robot, scene.obstacles).along(motion.q, float(np.max(horizon)), t)
     return replace(
@@ -140,19 +144,40 @@ def retime(
         manipulability=frozen(course.manipulability),
         status=status,
         reason=reason,
-        violations=limit_violations(robot, Motion(t, motion.q, motion.velocity, motion.acceleration)),
+        violations=limit_violations(
+            robot,
+            Motion(t, motion.q, fastest_in_between(motion.velocity, motion.acceleration, step), motion.acceleration),
+        ),
         certificate=certificate,
         timing=Timing(frozen(motion.velocity), frozen(motion.acceleration), _peaks(robot, motion, step, limits)),
-        arrivals=tuple(float(t[end]) for end in motion.ends[: len(trajectory.arrivals)]),
+        arrivals=arrivals,
         planning_time=trajectory.planning_time + time.perf_counter() - started,
         certification_time=motion.certification_time,
         path=path_quality(robot, *(motion.q[a : b + 1] for a, b in pairwise([0, *motion.ends]))),
-        settings={**trajectory.settings, "dt": step, "dwell": rest},
+        settings={**trajectory.settings, "dt": step, "speed": share, "dwell": rest},
     )
 
 
-def _times(count: int, dt: float) -> Array:
-    return np.arange(count, dtype=float) * dt
+def _judged(
+    trajectory: Trajectory,
+    steps: int,
+    arrivals: Sequence[float],
+    end: float,
+    longest: float,
+    certificate: Certificate,
+) -> tuple[Status, str]:
+    """Return the status and the reason of a motion that ends at a time in s and may not take longer than another."""
+    status, reason = trajectory.status, trajectory.reason
+    if len(arrivals) == steps:
+        status, reason = Status.REACHED, arrival(arrivals)
+        if trajectory.method in SAFE:
+            status, reason = judged(certificate, reason)
+        if status is Status.REACHED and end > longest:
+            status, reason = Status.TIME_LIMIT, f"{reason}, but no motion may take longer than {longest:g} s"
+    if trajectory.method in SAFE:
+        note = not_kept(certificate, float(np.max(trajectory.settings["safety_distance"])))
+        reason += note if note not in reason else ""
+    return status, reason
 
 
 def _limit(name: str, given: ArrayLike | None, robot: Robot, default: Array) -> Array:
@@ -160,11 +185,13 @@ def _limit(name: str, given: ArrayLike | None, robot: Robot, default: Array) -> 
     if given is None:
         return default
     try:
-        values = np.asarray(given, float)
-    except (TypeError, ValueError):
+        values = np.asarray(given).astype(float, casting="same_kind")
+    except (TypeError, ValueError):  # no numbers, or rows of different lengths
         values = np.array(np.nan)
-    if values.shape not in ((), (robot.n,)) or not (values > 0).all():
-        raise InvalidInput(name, given, f"a number greater than 0, or one for each of the {robot.n} joints")
+    meaningful = ((values >= SMALLEST_LIMIT) & (values <= LARGEST_LIMIT)) | (values == np.inf)
+    if isinstance(given, bool) or values.shape not in ((), (robot.n,)) or not meaningful.all():
+        valid = f"from {SMALLEST_LIMIT:g} to {LARGEST_LIMIT:g} or infinite, one, or one for each of {robot.n} joints"
+        raise InvalidInput(name, given, valid)
     return np.broadcast_to(values, (robot.n,)).copy()
 
 
@@ -173,9 +200,16 @@ def _legs(trajectory: Trajectory) -> list[Array]:
     given = [0.0, *trajectory.arrivals, trajectory.duration]
     if any(later < sooner for sooner, later in pairwise(given)):
         raise InvalidInput("trajectory.arrivals", trajectory.arrivals, "times of the motion, in their order")
-    arrivals = [int(np.argmin(abs(trajectory.t - arrival))) for arrival in trajectory.arrivals]
-    ends = [0, *arrivals] + [len(trajectory.t) - 1] * (not arrivals or arrivals[-1] < len(trajectory.t) - 1)
-    return [trajectory.q[a : b + 1] for a, b in pairwise(ends)]
+    t, q = trajectory.t, trajectory.q
+    if trajectory.timing is not None and len(t) > 1:
+        # It is no polyline.
+        spline = CubicHermiteSpline(t, q, trajectory.timing.velocity)
+        t = np.unique(np.concatenate([t, np.arange(0.0, t[-1], max(FINE, t[-1] / MAX_SAMPLES))]))
+        q = spline(t)
+        q[np.searchsorted(t, trajectory.t)] = trajectory.q  # to the last bit
+    arrivals = [int(np.argmin(abs(t - arrival))) for arrival in trajectory.arrivals]
+    ends = [0, *arrivals] + [len(t) - 1] * (not arrivals or arrivals[-1] < len(t) - 1)
+    return [q[a : b + 1] for a, b in pairwise(ends)]
 
 
 def _check_moving(robot: Robot, legs: Sequence[Array], limits: Limits) -> None:
@@ -216,9 +250,9 @@ def _certified_motion(
         strays = (deviation(robot, leg, path) for leg, path in zip(legs, paths, strict=True) if path is not None)
         if max(strays, default=0.0) > DEVIATION and spacing > SPACINGS[-1]:
             continue
-        control, ends = _follow(robot, legs, paths, limits, dt, dwell)
+        control, ends = follow(robot, legs, paths, limits, dt, dwell, CUT * spacing / SPACINGS[0])
         q, velocity, acceleration = samples(control, dt)
-        t = _times(len(q), dt)
+        t = np.arange(len(q), dtype=float) * dt
         began = time.perf_counter()
         certificate = certify_spline(robot, scene.obstacles, t, q, velocity, computing.certify)
         motion = _Motion(t, q, velocity, acceleration, ends, certificate, time.perf_counter() - began)
@@ -229,80 +263,6 @@ def _certified_motion(
             break
     assert best is not None  # the last spacing is always tried
     return best
-
-
-def _follow(
-    robot: Robot, legs: Sequence[Array], paths: Sequence[BSpline | None], limits: Limits, dt: float, dwell: float
-) -> tuple[Array, list[int]]:
-    """Return the control points (N + 2, n) of the whole motion, and at which samples its legs end."""
-    # A sample depends on three control points: where these are equal it is at rest.
-    parts, ends, passed = [np.tile(legs[0][0], (3, 1))], list[int](), 0
-    for number, (leg, path) in enumerate(zip(legs, paths, strict=True)):
-        if path is not None:
-            parts.append(_control_points(path, limits, speed_units(robot), dt))
-            passed += len(parts[-1])
-        ends.append(passed)
-        if dwell and number < len(legs) - 1:
-            waits = _count(dwell, dt)
-            parts.append(np.repeat(leg[-1:], waits, axis=0))
-            passed += waits
-    return np.vstack(parts), ends
-
-
-def _control_points(path: BSpline, limits: Limits, units: Array, dt: float) -> Array:
-    """Return the control points of a leg after those at which it begins, the last three where it ends.
-
-    With a limit of jerk the shorter of two: by ruckig, and by toppra, slowed down as a whole.
-    """
-    loose = limits._replace(jerk=np.full_like(limits.jerk, np.inf))
-    found = [_within_limits(path, fastest(path, loose), limits, units, dt)]
-    if np.isfinite(limits.jerk).any():
-        # Where ruckig has no answer there is still the other.
-        with suppress(RuntimeError):
-            found.append(_within_limits(path, fastest(path, limits), limits, units, dt))
-    return min(found, key=len)
-
-
-def _within_limits(path: BSpline, progress: Progress, limits: Limits, units: Array, dt: float) -> Array:
-    """Return control points at which the path is followed, slowed down as far as the limits ask for."""
-    slower = 1.0
-    for attempt in range(SLOWDOWNS):
-        control = _sampled(path, progress, slower, dt)
-        excess = _excess(np.vstack([np.tile(path.c[0], (3, 1)), control]), limits, units, dt)
-        if excess <= 1.0:
-            return control
-        # Other moments are sampled then, so that a little more may be needed.
-        slower *= excess * (1.0 + attempt * SLOWDOWN)
-    raise RuntimeError(f"a motion slowed down {SLOWDOWNS} times is still beyond its limits")
-
-
-def _sampled(path: BSpline, progress: Progress, slower: float, dt: float) -> Array:
-    count = _count(progress.duration * slower, dt)
-    on_the_way = path(progress.position(_times(count, dt)[1:] / slower))
-    return np.vstack([on_the_way, np.tile(path.c[-1], (3, 1))])
-
-
-def _count(duration: float, dt: float) -> int:
-    """Return how many intervals a duration takes."""
-    if duration / dt > MAX_SAMPLES:
-        valid = (
-            f"at least {duration / MAX_SAMPLES:g} s for a motion of {duration:g} s, for at most {MAX_SAMPLES} samples"
-        )
-        raise InvalidInput("dt", dt, valid)
-    return int(np.ceil(duration / dt - 1e-9))
-
-
-def _excess(control: Array, limits: Limits, units: Array, dt: float) -> float:
-    """Return the factor by which a spline has to be slowed down."""
-    # The spline is as far from a control point as a sixth of the second difference there.
-    cut = np.linalg.norm(np.diff(control, 2, axis=0) / units, axis=1).max(initial=0.0) / 6.0
-    excess = float(np.sqrt(cut / CUT))
-    for order, limit in enumerate(limits, start=1):
-        largest = abs(np.diff(control, order, axis=0)).max(axis=0, initial=0.0) / dt**order
-        # What does not move may have a limit of 0.
-        share = np.divide(largest, limit, out=np.zeros_like(largest), where=largest > 0)
-        excess = max(excess, float(share.max() ** (1.0 / order)))
-    return excess
 
 
 def _peaks(robot: Robot, motion: _Motion, dt: float, limits: Limits) -> tuple[Peak, ...]:

@@ -28,4 +28,5 @@ class Search:
     checks: int
     """How many straight ways between configurations were checked."""
     raw: PathQuality | None
-    """The first path of the sampling planner, before it was made shorter and rounded; None if there is none."""
+    """The first path of the sampling planner, before it was made shorter and rounded; None if there is none,
+    or none for some of the legs."""

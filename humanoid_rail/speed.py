@@ -1,4 +1,4 @@
-"""How fast a smooth path can be followed, from rest to rest: by toppra, or with bounded jerk by ruckig.
+"""How fast a smooth path can be followed, from rest to rest, by toppra.
 
 s(t), with s the parameter of the path, is looked for. Along it a joint has the velocity q' s_dot, the acceleration
 q' s_ddot + q'' s_dot^2 and the jerk q' s_dddot + 3 q'' s_dot s_ddot + q''' s_dot^3.
@@ -7,31 +7,17 @@ q' s_ddot + q'' s_dot^2 and the jerk q' s_dddot + 3 q'' s_dot s_ddot + q''' s_do
 from __future__ import annotations
 
 from collections.abc import Callable
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.interpolate import BSpline
-from scipy.optimize import brentq
 
 from humanoid_rail.arrays import Array
 
 GRID = (4, 6, 3)
 """Grid points on each piece of a path; the later ones where toppra finds nothing with the earlier ones."""
-DIP = 0.1
-"""By how much the speed has to fall to rise again for ruckig's profile to be divided there, in units of the largest."""
-LOOKS = 33
-"""Points at which each part of ruckig's profile is held against the limits."""
-ROUNDS = 60
-"""How often the parts of ruckig's profile are slowed down where they exceed limits."""
-NEAR = 0.9
-"""A speed this near the largest, in units of it, is lowered with it."""
-END = 0.25
-"""So near to an end of a part of ruckig's profile, in units of its duration, the speed at that end is lowered."""
 TURNING = 0.5
 """The share of the limit of jerk that the turning of the path may take."""
-WITHIN = 1.0 + 1e-3
-"""An excess that is left to the slowing down of the motion as a whole."""
 
 
 class Limits(NamedTuple):
@@ -54,49 +40,77 @@ class Progress(NamedTuple):
     """s at times (N,) in s."""
 
 
-class _Part(NamedTuple):
-    """A part of a path between two places at which s_ddot is 0."""
+class Profile(NamedTuple):
+    """How a path is followed with a constant s_ddot between any two points of a grid. G points."""
 
-    begin: float
-    end: float
-    rates: Array
-    """The largest s_dot, s_ddot and s_dddot on it."""
+    grid: Array
+    """s (G,)."""
+    speed: Array
+    """s_dot (G,)."""
+    rate: Array
+    """s_ddot (G - 1,)."""
+    arrival: Array
+    """When it is at the points of the grid (G,), s."""
 
 
-def fastest(path: BSpline, limits: Limits) -> Progress:
-    """Return the fastest way to follow a path within limits of velocity and acceleration, and of jerk if there is one.
+def fastest_profile(path: BSpline, limits: Limits) -> Profile:
+    """Return the fastest profile within limits of velocity and acceleration (Pham and Pham 2018).
 
-    With a limit of jerk this is not the fastest of all: s_ddot is brought to 0 wherever the speed is least, and between
-    two such places ruckig's profile is the fastest within constant rates.
+    With a limit of jerk it is slower where the path turns, so that turning takes no more than its share of that limit.
 
     Args:
         path: q(s) (n,), m and rad, three times differentiable but for its knots.
         limits: Of velocity and acceleration, finite for the joints that move, and of jerk.
 
     Raises:
-        RuntimeError: If no speed is found, which does not happen unless numbers are out of all proportion, or no
-            profile of bounded jerk.
+        RuntimeError: If none is found, which does not happen unless numbers are out of all proportion.
     """
+    knots = np.unique(path.t)
     for pieces in GRID:
-        knots = np.unique(path.t)
         grid = np.append((knots[:-1, None] + np.diff(knots)[:, None] * np.arange(pieces) / pieces).ravel(), knots[-1])
         speed = _speed(path, grid, limits)
         if speed is not None:
-            break
-    else:
-        raise RuntimeError("toppra found no speed at which the path can be followed")
-    if np.isfinite(limits.jerk).any():
-        return _with_bounded_jerk(path, grid, speed, limits)
-    arrival = np.concatenate([[0.0], np.cumsum(2.0 * np.diff(grid) / (speed[1:] + speed[:-1]))])
-    rate = np.diff(speed**2) / (2.0 * np.diff(grid))
+            arrival = np.concatenate([[0.0], np.cumsum(2.0 * np.diff(grid) / (speed[1:] + speed[:-1]))])
+            return Profile(grid, speed, np.diff(speed**2) / (2.0 * np.diff(grid)), arrival)
+    raise RuntimeError("toppra found no speed at which the path can be followed")
+
+
+def averaged(profile: Profile, window: float) -> Progress:
+    """Return the mean of a profile over the `window` before each moment, s, so that accelerations do not jump.
+
+    Before the start and after the end it rests.
+    """
+    grid, speed, rate, arrival = profile
+    end = float(arrival[-1])
+
+    def place(t: Array) -> tuple[Array, Array]:
+        """Return s at times, and its integral up to then."""
+        k = np.clip(np.searchsorted(arrival, t, side="right") - 1, 0, len(rate) - 1)
+        since = np.clip(t, 0.0, end) - arrival[k]
+        s = grid[k] + since * (speed[k] + since * rate[k] / 2.0)
+        return s, passed[k] + since * (grid[k] + since * (speed[k] / 2.0 + since * rate[k] / 6.0))
+
+    lengths = np.diff(arrival)
+    areas = lengths * (grid[:-1] + lengths * (speed[:-1] / 2.0 + lengths * rate / 6.0))
+    passed = np.concatenate([[0.0], np.cumsum(areas)])
 
     def position(t: Array) -> Array:
-        k = np.clip(np.searchsorted(arrival, t, side="right") - 1, 0, len(rate) - 1)
-        since = np.clip(t, 0.0, arrival[-1]) - arrival[k]
-        s: Array = np.clip(grid[k] + speed[k] * since + 0.5 * rate[k] * since**2, grid[0], grid[-1])
-        return s
+        s, area = place(t)
+        if window > 0.0:
+            _, before = place(t - window)
+            # Before the start it is at the start, and after the end at the end.
+            waiting = grid[0] * np.clip(window - t, 0.0, None) + grid[-1] * np.clip(t - end, 0.0, None)
+            s = (area - before + waiting) / window
+        return np.clip(s, grid[0], grid[-1])
 
-    return Progress(float(arrival[-1]), position)
+    return Progress(end + window, position)
+
+
+def rise_time(path: BSpline, profile: Profile, limits: Limits) -> float:
+    """Return how long joints take to come to the largest accelerations of a profile within limits of jerk, s."""
+    slope, turning = path(profile.grid, 1)[:-1], path(profile.grid, 2)[:-1]
+    peak = abs(slope * profile.rate[:, None] + turning * profile.speed[:-1, None] ** 2).max(axis=0)
+    return float((peak / limits.jerk).max())
 
 
 def _speed(path: BSpline, grid: Array, limits: Limits) -> Array | None:
@@ -118,13 +132,13 @@ def _speed(path: BSpline, grid: Array, limits: Limits) -> Array | None:
         def __call__(self, s: Any, order: int = 0) -> Any:
             return path(s, order)
 
-    velocity, acceleration = _finite(path, grid, limits)
+    velocity, acceleration, unit = _scaled(path, grid, limits)
 
     def speeds(s: float) -> Array:
         """Return limits of velocity (n, 2) at s, at which turning takes no more than its share of the limit of jerk."""
         slope, turning = abs(path(s, 1)), abs(path(s, 3))
         jerk = np.divide(TURNING * limits.jerk, turning, out=np.full_like(turning, np.inf), where=turning > 0)
-        limit = np.minimum(velocity, np.maximum(slope, 1e-3 * slope.max()) * np.cbrt(jerk.min()))
+        limit = np.minimum(velocity, np.maximum(slope, 1e-3 * slope.max()) * np.cbrt(jerk.min()) * unit)
         return np.column_stack([-limit, limit])
 
     constraints = [
@@ -137,124 +151,21 @@ def _speed(path: BSpline, grid: Array, limits: Limits) -> Array | None:
     _, speed, _ = TOPPRA(constraints, Path(), gridpoints=grid).compute_parameterization(0.0, 0.0)
     if speed is None or not np.isfinite(speed).all() or (speed[1:] + speed[:-1] <= 0).any():
         return None
-    found: Array = np.maximum(speed, 0.0)
+    found: Array = np.maximum(speed, 0.0) / unit
     return found
 
 
-def _finite(path: BSpline, grid: Array, limits: Limits) -> tuple[Array, Array]:
-    """Return limits of velocity and acceleration that are finite and not 0: larger than what can be reached."""
+def _scaled(path: BSpline, grid: Array, limits: Limits) -> tuple[Array, Array, float]:
+    """Return limits of velocity and acceleration that are finite and not 0, and the unit of time that they are in, s.
+
+    Where there are none they are larger than what can be reached. In this unit of time numbers are neither large nor
+    small: it is what the way takes, or less.
+    """
     way = abs(np.diff(path(grid), axis=0)).sum(axis=0)
     moves = way > 0
     acceleration = np.where(moves, limits.acceleration, 1.0)
     # From rest to rest no joint gets faster than this; a limit far beyond what matters would spoil the numbers.
     reachable = 2.0 * np.sqrt(acceleration * np.where(moves, way, 1.0))
-    return np.where(moves, np.minimum(limits.velocity, reachable), 1.0), acceleration
-
-
-def _with_bounded_jerk(path: BSpline, grid: Array, speed: Array, limits: Limits) -> Progress:
-    """Return ruckig's profiles between the places where the speed is least, slowed down where joints exceed limits."""
-    # Imported here: it takes longer than all the rest together.
-    from scipy.signal import find_peaks
-
-    dips, _ = find_peaks(-speed, prominence=DIP * speed.max())
-    places = [0, *dips.tolist(), len(grid) - 1]
-    parts = [_part(path, grid[a : b + 1], speed[a : b + 1], limits) for a, b in pairwise(places)]
-    knots = speed[places]
-    for _ in range(ROUNDS):
-        knots = _attainable(parts, knots)
-        profiles = [
-            _ruckig(part, a, b) for part, a, b in zip(parts, knots[:-1].tolist(), knots[1:].tolist(), strict=True)
-        ]
-        excess = [_excess(path, profile, limits) for profile in profiles]
-        if max(factor for factor, _, _ in excess) <= WITHIN:
-            break
-        for i, (factor, moment, v) in enumerate(excess):
-            if factor > 1.0:
-                # Only what matters where the limits are exceeded most: elsewhere the part may stay as fast as it is.
-                top = factor if v > NEAR * parts[i].rates[0] else 1.0
-                parts[i] = parts[i]._replace(rates=parts[i].rates / np.array([top, factor**2, factor**3]))
-                knots[i] /= factor if moment < END else 1.0
-                knots[i + 1] /= factor if moment > 1.0 - END else 1.0
-    arrival = np.concatenate([[0.0], np.cumsum([profile.duration for profile in profiles])])
-
-    def position(t: Array) -> Array:
-        k = np.clip(np.searchsorted(arrival, t, side="right") - 1, 0, len(profiles) - 1)
-        since = np.clip(t - arrival[k], 0.0, np.diff(arrival)[k])
-        return np.array([profiles[i].at_time(x)[0][0] for i, x in zip(k.tolist(), since.tolist(), strict=True)])
-
-    return Progress(float(arrival[-1]), position)
-
-
-def _part(path: BSpline, grid: Array, speed: Array, limits: Limits) -> _Part:
-    """Return a part of the path with the rates that its straightest place allows, or more."""
-    slope = abs(path(grid, 1)).max(axis=0)
-    acceleration, jerk = (
-        float(np.divide(limit, slope, out=np.full_like(slope, np.inf), where=slope > 0).min())
-        for limit in (limits.acceleration, limits.jerk)
-    )
-    return _Part(float(grid[0]), float(grid[-1]), np.array([speed.max(), acceleration, jerk]))
-
-
-def _attainable(parts: list[_Part], knots: Array) -> Array:
-    """Return speeds at the knots, lowered so far that each part is long enough to get from one to the next."""
-    knots = knots.copy()
-    for i, part in enumerate(parts):
-        knots[i : i + 2] = np.minimum(knots[i : i + 2], part.rates[0])
-    for order in (range(len(parts)), reversed(range(len(parts)))):
-        for i in order:
-            part = parts[i]
-            slow, fast = sorted((i, i + 1), key=lambda k: knots[k])
-            if _run(part, float(knots[slow]), float(knots[fast])) > part.end - part.begin:
-                knots[fast] = _reachable(part, float(knots[slow]), float(knots[fast]))
-    return knots
-
-
-def _reachable(part: _Part, slow: float, fast: float) -> float:
-    """Return the largest speed, not more than `fast`, to which a part is long enough to get from a slow one."""
-    length = part.end - part.begin
-    return slow + 0.999 * (float(brentq(lambda v: _run(part, slow, v) - length, slow, fast)) - slow)
-
-
-def _run(part: _Part, slow: float, fast: float) -> float:
-    """Return how far it takes to change the speed, s_ddot 0 at both ends."""
-    _, acceleration, jerk = part.rates
-    change = fast - slow
-    short = change <= acceleration**2 / jerk
-    duration = 2.0 * np.sqrt(change / jerk) if short else change / acceleration + acceleration / jerk
-    return float(0.5 * (slow + fast) * duration)
-
-
-def _ruckig(part: _Part, begin: float, end: float) -> Any:
-    """Return the fastest profile from one speed to another (Berscheid and Kroeger 2021)."""
-    from ruckig import InputParameter, Result, Ruckig, Trajectory
-
-    asked = InputParameter(1)
-    asked.current_position, asked.target_position = [part.begin], [part.end]
-    asked.current_velocity, asked.target_velocity = [begin], [end]
-    asked.current_acceleration = asked.target_acceleration = [0.0]
-    asked.max_velocity, asked.max_acceleration, asked.max_jerk = ([float(rate)] for rate in part.rates)
-    profile = Trajectory(1)
-    result = Ruckig(1).calculate(asked, profile)
-    if result not in (Result.Working, Result.Finished):
-        raise RuntimeError(f"ruckig found no profile: {result}")
-    return profile
-
-
-def _excess(path: BSpline, profile: Any, limits: Limits) -> tuple[float, float, float]:
-    """Return by which factor a profile has to be slowed down for the joints to keep within their limits.
-
-    And when that factor is needed, in units of its duration, and its speed then.
-    """
-    times = np.linspace(0.0, profile.duration, LOOKS)
-    s, v, a = np.array([[x[0] for x in profile.at_time(t)] for t in times]).T[:, :, None]
-    j = np.gradient(a[:, 0], times)[:, None]  # it jumps: its mean around each look
-    d1, d2, d3 = path(s[:, 0], 1), path(s[:, 0], 2), path(s[:, 0], 3)
-    rates = d1 * v, d1 * a + d2 * v**2, d1 * j + 3.0 * d2 * v * a + d3 * v**3
-    # What does not move may have a limit of 0.
-    shares = [
-        np.divide(abs(rate), limit, out=np.zeros_like(rate), where=rate != 0)
-        for rate, limit in zip(rates, limits, strict=True)
-    ]
-    factors = np.max([share ** (1.0 / order) for order, share in enumerate(shares, start=1)], axis=(0, 2))
-    worst = int(factors.argmax())
-    return float(factors[worst]), worst / (LOOKS - 1), float(v[worst, 0])
+    velocity = np.where(moves, np.minimum(limits.velocity, reachable), 1.0)
+    unit = float(np.maximum(way / velocity, np.sqrt(way / acceleration)).max())
+    return unit * velocity, unit**2 * acceleration, unit

@@ -19,8 +19,10 @@ from humanoid_rail.obstacles import Obstacle
 from humanoid_rail.robot import Robot
 from humanoid_rail.travel import Travel
 
-PIECE = 2.5e-3
-"""Length of the pieces that a spline is replaced by to certify it, s, or less."""
+SAGITTA = 4e-6
+"""How far the straight pieces that a spline is replaced by to certify it may be from it, m and rad ..."""
+SHORTEST, MOST = 1e-3, 10_000
+"""... unless they were shorter than this, s, or more in an interval than this."""
 
 Certify = Callable[[Robot, tuple[Obstacle, ...], Array, Array], Certificate]
 """Certifies a motion that is linear in q between its samples (:func:`humanoid_rail.certification.certify`)."""
@@ -41,15 +43,20 @@ def samples(control: Array, dt: float) -> tuple[Array, Array, Array]:
     return q, velocity, acceleration
 
 
+def fastest_in_between(velocity: Array, acceleration: Array, dt: float) -> Array:
+    """Return the velocity (N, n) that is largest in size from each sample to before the next, from the samples."""
+    # The velocity of a piece is a parabola: largest at an end, or where the acceleration, which is linear, is 0.
+    a, b = acceleration[:-1], acceleration[1:]
+    vertex = velocity[:-1] - np.divide(dt * a**2, 2.0 * (b - a), out=np.zeros_like(a), where=a * b < 0)
+    larger = abs(vertex) > abs(velocity[:-1])
+    return np.vstack([np.where(larger, vertex, velocity[:-1]), velocity[-1:]])
+
+
 def peaks(velocity: Array, acceleration: Array, dt: float) -> tuple[Array, Array, Array]:
     """Return the largest velocity, acceleration and jerk (n,) in size, at all times, of a spline from its samples."""
     jerk = np.diff(acceleration, axis=0) / dt
-    # The velocity of a piece is a parabola: largest at an end, or where the acceleration, which is linear, is 0.
-    a, b = acceleration[:-1], acceleration[1:]
-    turns = a * b < 0
-    vertex = velocity[:-1] - np.divide(a**2, 2.0 * jerk, out=np.zeros_like(a), where=turns)
-    fastest = np.maximum(abs(velocity).max(axis=0), np.where(turns, abs(vertex), 0.0).max(axis=0, initial=0.0))
-    return fastest, abs(acceleration).max(axis=0), abs(jerk).max(axis=0, initial=0.0)
+    fastest = fastest_in_between(velocity, acceleration, dt)
+    return abs(fastest).max(axis=0), abs(acceleration).max(axis=0), abs(jerk).max(axis=0, initial=0.0)
 
 
 def certify_spline(
@@ -70,30 +77,42 @@ def certify_spline(
     """
     if len(t) < 2:
         return certify(robot, obstacles, t, q)
-    pieces = max(1, int(np.ceil(np.diff(t).max() / PIECE - 1e-9)))
-    share = np.arange(pieces) / pieces
-    fine = np.append((t[:-1, None] + np.diff(t)[:, None] * share).ravel(), t[-1])
     spline = CubicHermiteSpline(t, q, velocity)
-    certificate = certify(robot, obstacles, fine, spline(fine))
+    fine, change = _cut(t, spline)
+    places = spline(fine)
+    certificate = certify(robot, obstacles, fine, places)
     if certificate.clearance_bound is None:
         return certificate
-    bound = certificate.clearance_bound - 2.0 * straying(robot, fine, spline(fine), spline(fine, 2))
+    bound = certificate.clearance_bound - 2.0 * straying(robot, fine, places, change)
     return replace(certificate, clearance_bound=bound, certified=certificate.certified and bound > 0)
 
 
-def straying(robot: Robot, t: Array, q: Array, acceleration: Array) -> float:
-    """Return how far a point of a link of a spline can be from where straight pieces between samples have it, m.
+def _cut(t: Array, spline: CubicHermiteSpline) -> tuple[Array, Array]:
+    """Return times (M,) between which a spline is nearly straight, and bounds (M - 1, n) of |q''| there."""
+    lengths = np.diff(t)
+    # In an interval q'' is linear, so that it is largest at an end; at a knot each side has its own.
+    begins, slopes = 2.0 * spline.c[1], 6.0 * spline.c[0]
+    largest = np.maximum(abs(begins), abs(begins + slopes * lengths[:, None]))
+    pieces = np.ceil(lengths * np.sqrt(largest.max(axis=1) / (8.0 * SAGITTA)))
+    pieces = np.clip(pieces, 1, np.clip(np.ceil(lengths / SHORTEST), 1, MOST)).astype(int)
+    interval = np.repeat(np.arange(len(lengths)), pieces)
+    within = np.arange(len(interval)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+    fine = np.append(t[interval] + lengths[interval] * within / pieces[interval], t[-1])
+    return fine, largest[interval]
 
-    A cubic is at most max |q''| dt^2 / 8 from its chord; its second derivative is linear. Each joint is moved by that
-    in turn.
+
+def straying(robot: Robot, t: Array, q: Array, acceleration: Array) -> float:
+    """Return how far a point of a link of a cubic spline can be from where straight pieces of it have it, m.
+
+    A cubic is at most max |q''| dt^2 / 8 from its chord. Each joint is moved by that in turn.
 
     Args:
         robot: The robot.
-        t: Times (N,), s.
-        q: Configurations (N, n), m and rad.
-        acceleration: At the samples (N, n), m/s^2 and rad/s^2.
+        t: Times at which the pieces meet (N,), s.
+        q: Configurations there (N, n), m and rad.
+        acceleration: Bounds of |q''| on each piece (N - 1, n), m/s^2 and rad/s^2.
     """
-    sagitta = np.maximum(abs(acceleration[:-1]), abs(acceleration[1:])) * np.diff(t)[:, None] ** 2 / 8.0
+    sagitta = acceleration * np.diff(t)[:, None] ** 2 / 8.0
     travel = Travel(robot)
     slide = abs(robot.coupling) @ (abs(q).max(axis=0) + sagitta.max(axis=0)) + abs(robot.offset)
     levers = np.array([travel.reach(column, slide, 0).travel.max() for column in robot.coupling.T])

@@ -16,6 +16,9 @@ from humanoid_rail.limits import Violation
 from humanoid_rail.search import PathQuality, Search
 from humanoid_rail.timing import Timing
 
+MAX_SAMPLES = 1_000_000
+"""The most samples that a trajectory may have."""
+
 
 class Status(StrEnum):
     """What became of the targets."""
@@ -111,7 +114,7 @@ class Trajectory(FrozenArrays):
 
     @property
     def limits_ok(self) -> bool:
-        """Whether positions and velocities keep within the joints' limits."""
+        """Whether positions and velocities keep within the joints' limits, and accelerations if it was retimed."""
         return not self.violations
 
     @property
@@ -144,9 +147,11 @@ class Trajectory(FrozenArrays):
 
         Between samples it is linear, or a cubic if the motion was retimed.
         """
-        if self.timing is None:
+        if self.timing is None or len(self.t) == 1:
             return np.array([np.interp(t, self.t, column) for column in self.q.T])
-        spline = CubicHermiteSpline(self.t, self.q, self.timing.velocity)
+        i = int(np.clip(np.searchsorted(self.t, t, side="right"), 1, len(self.t) - 1))
+        piece = slice(i - 1, i + 1)
+        spline = CubicHermiteSpline(self.t[piece], self.q[piece], self.timing.velocity[piece])
         return np.asarray(spline(np.clip(t, self.t[0], self.t[-1])), float)
 
     def summary(self) -> dict[str, Any]:
