@@ -155,11 +155,12 @@ def robot_from_urdf(urdf: str, srdf: str | None, hands: Sequence[Hand], initial:
             are no collision bodies or one is a mesh, the SRDF is none, or `initial` has the wrong size.
     """
     try:
+        tree = ElementTree.fromstring(urdf)  # first, as Pinocchio prints what is wrong with XML
         model = pin.buildModelFromXML(urdf)
-    except ValueError as error:
+    except (ValueError, ElementTree.ParseError) as error:
         raise InvalidInput("urdf", urdf, f"a URDF that Pinocchio reads ({error})") from error
     # Not iter("joint"): a <transmission> has elements of that name too.
-    joints = {joint.attrib["name"]: joint for joint in ElementTree.fromstring(urdf).findall("joint")}
+    joints = {joint.attrib["name"]: joint for joint in tree.findall("joint")}
     for name, joint in zip(list(model.names)[1:], list(model.joints)[1:], strict=True):
         if (joint.nq, joint.nv) != (1, 1):
             raise InvalidInput(f"joint {name}", joint.shortname(), "revolute with limits, or prismatic")

@@ -23,6 +23,7 @@ from humanoid_rail import (
     retime,
 )
 from humanoid_rail.cli import console, print_table, progress_bar, run
+from humanoid_rail.comparison.evaluation import family_of
 from humanoid_rail.figures import timing_figure
 from humanoid_rail.paper import closed_form_duration
 
@@ -81,7 +82,7 @@ def measure(robot: Robot, path: Path) -> Row:
     ends = np.vstack([motion.timing.velocity[[0, -1]], motion.timing.acceleration[[0, -1]]])
     slower = retime(planned, robot, scene, jerk_limit=JERK_LIMIT)
     return Row(
-        path.stem.rpartition("-")[0] or path.stem,
+        family_of(scene),
         both_certified(motion, slower),
         not ends.any(),
         velocity,

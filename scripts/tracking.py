@@ -11,6 +11,7 @@ import click
 
 from humanoid_rail import Robot, Scene, Trajectory, load_robot, load_scene, paper_scene, plan, plan_case, retime
 from humanoid_rail.cli import print_table, progress_bar, run
+from humanoid_rail.comparison.evaluation import family_of
 from humanoid_rail.export import export
 from humanoid_rail.mujoco_player import Tracking, track
 
@@ -73,7 +74,7 @@ def main(folder: Path, readme: Path | None) -> int:
     with progress_bar("simulating", len(paths)) as advance:
         for path in paths:
             scene = load_scene(path)
-            runs.append(Run(path.stem.rpartition("-")[0] or path.stem, simulate(robot, scene, plan(robot, scene))))
+            runs.append(Run(family_of(scene), simulate(robot, scene, plan(robot, scene))))
             advance(1)
     print_table("tracking", "Retimed motions in MuJoCo", COLUMNS, list(tabulate(runs)), readme)
     return 0 if all(follows(each.tracking) for each in runs) else 1

@@ -25,7 +25,7 @@ def test_plans_by_auto_are_for_drives(tmp_path: Path, capfd: pytest.CaptureFixtu
     assert motion.timing is not None
     assert not motion.timing.velocity[[0, -1]].any()
     assert motion.certified
-    assert f"retimed, the motion takes {motion.duration:.4g} s" in motion.reason
+    assert motion.reason == f"at the targets at t = {motion.duration:.4g} s"
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["peaks"][0]["jerk_limit"] is None
 
 
@@ -83,6 +83,14 @@ def test_bad_options_of_the_timing(options: list[str], said: str, capfd: pytest.
     assert_bad_input(Ran(capfd, "plan", SCENE, "--no-view", *options), said)
 
 
+def test_the_longest_motion_is_that_of_the_motion(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    options = ["--max-time", "1.5", "--speed", "0.5", "--out", tmp_path / "out", "--no-view"]
+    assert Ran(capfd, "plan", SCENE, *options).code == 1
+    motion = read_trajectory(tmp_path / "out")
+    assert motion.status == "time_limit"
+    assert motion.duration > 1.5
+
+
 def test_half_the_speed_takes_twice_as_long(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     durations = []
     for speed in ("1", "0.5"):
@@ -99,7 +107,7 @@ def test_what_does_not_get_there_keeps_its_timing(tmp_path: Path, capfd: pytest.
     assert Ran(capfd, "plan", tmp_path / "far.json", "--out", tmp_path / "out", "--no-view").code == 1
     assert read_trajectory(tmp_path / "out").timing is None
     ran = Ran(capfd, "export", tmp_path / "out", "--format", "csv", "-o", tmp_path / "far.csv")
-    assert "Mind: the targets are not reached" in ran.out
+    assert "Mind: target_out_of_reach, the target of the left hand is 5.71 m out of reach" in ran.out
     assert "plan with --timing fastest" in ran.out
 
 

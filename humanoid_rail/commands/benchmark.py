@@ -16,6 +16,7 @@ from humanoid_rail.comparison.machine import machine
 from humanoid_rail.comparison.stopwatch import Figure, Ratio
 from humanoid_rail.engines import why_not_native
 from humanoid_rail.errors import HumanoidRailError, InvalidInput
+from humanoid_rail.files import check_folder
 
 TIME_COLUMNS = ("measured", "median", "quartiles")
 RATIO_COLUMNS = ("compared", "ratio", "quartiles", "wanted", "holds")
@@ -59,6 +60,8 @@ def command(
     for name, value in (("repeats", repeats), ("plans", plans)):
         if value < 1:
             raise InvalidInput(name, value, "1 or more")
+    if json_file is not None:
+        check_folder(json_file.parent)
     measured_on = machine()
     figures: list[Figure] = []
     ratios: list[Ratio] = []

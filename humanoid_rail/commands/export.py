@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import click
 
 from humanoid_rail.cli import Command, console
 from humanoid_rail.commands.folder import GROUP, reads_a_plan
 from humanoid_rail.export import FORMATS, export
-from humanoid_rail.plan_folder import read_plan
+from humanoid_rail.plan_folder import Plan, read_plan
 from humanoid_rail.trajectory import Status
+from humanoid_rail.verify import verify
 
 
 class _Export(Command):
@@ -38,9 +41,21 @@ def command(folder: str, scene_file: str | None, robot_file: str | None, format:
     """Write the plan in FOLDER, as `plan --out` wrote it, in a format of other tools."""
     plan = read_plan(folder, scene_file, robot_file)
     written = export(plan.trajectory, plan.robot, plan.scene, format, out, passive=passive)
-    if plan.trajectory.status is not Status.REACHED:
-        console.print(f"Mind: the targets are not reached. {plan.trajectory.reason}", soft_wrap=True)
-    if plan.trajectory.timing is None:
-        mind = "Mind: this motion starts at full speed, which no drive can follow; plan with --timing fastest."
-        console.print(mind, soft_wrap=True)
+    for fault in _faults(plan):
+        console.print(f"Mind: {fault}", soft_wrap=True)
     console.print(f"Written: {', '.join(map(str, written))}", soft_wrap=True)
+
+
+def _faults(plan: Plan) -> Iterator[str]:
+    """Say why a robot had better not run a motion."""
+    trajectory = plan.trajectory
+    certificate = verify(plan.robot, plan.scene, trajectory)
+    if not certificate.certified:
+        yield f"the motion is not certified: {certificate.contact or 'it could not be shown to be free of contact'}."
+    if trajectory.violations:
+        joints = ", ".join(dict.fromkeys(violation.joint for violation in trajectory.violations))
+        yield f"the motion is beyond limits, of {joints}."
+    if trajectory.status is not Status.REACHED:
+        yield f"{trajectory.status}, {trajectory.reason}."
+    if trajectory.timing is None:
+        yield "the motion starts at full speed, which no drive can follow; plan with --timing fastest."

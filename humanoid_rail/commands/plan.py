@@ -17,11 +17,12 @@ from humanoid_rail.commands.urdf import numbers_by_name
 from humanoid_rail.engines import ENGINES
 from humanoid_rail.errors import InvalidInput, checked_number
 from humanoid_rail.files import check_folder
+from humanoid_rail.obstacles import at_rest
 from humanoid_rail.paper import paper_scene, plan_case
 from humanoid_rail.plan_folder import Plan, write_plan
 from humanoid_rail.planner import METHODS, plan
-from humanoid_rail.retime import retime
-from humanoid_rail.robot import Robot, load_robot
+from humanoid_rail.retime import LEAST_SPEED, retime
+from humanoid_rail.robot import load_robot
 from humanoid_rail.scene import is_of_a_scene, load_scene
 from humanoid_rail.trajectory import Status
 from humanoid_rail.viewer import playback_html
@@ -74,9 +75,13 @@ def numbers(_context: click.Context, _option: click.Parameter, text: str | None)
 @click.option("--max-planning-time", type=float, help="How long auto may look for a way, s  [10]")
 @click.option("--seed", type=int, help="Of the random numbers of auto  [0]")
 @click.option(
-    "--timing", help=f"{' or '.join(TIMINGS)}, see below  [fastest for what auto reaches among obstacles at rest]"
+    "--timing", help=f"{' or '.join(TIMINGS)}, see above  [fastest for what auto reaches among obstacles at rest]"
 )
-@click.option("--speed", type=float, help="Of fastest: share of the speed limits, 0.5 for half as fast  [1]")
+@click.option(
+    "--speed",
+    type=float,
+    help="Of fastest: share of the speed limits, its square of the accelerations'; 0.5 takes twice as long  [1]",
+)
 @click.option("--jerk-limit", type=float, help="Of fastest, m/s^3 and rad/s^3  [none]")
 @click.option("--dwell", type=float, help="Of fastest: rest at each target before the next, s  [0]")
 @click.option("--dt", type=float, help="Time between samples, s  [0.01]")
@@ -124,15 +129,15 @@ def command(
     robot = load_robot(**numbers_by_name([*lengths, *([] if link_radius is None else [f"link_radius={link_radius}"])]))
     scene = load_scene(scene_file) if scene_file is not None else paper_scene()
     by_auto = given.get("method", "auto" if case is None else None) == "auto"
-    at_rest = not any(any(obstacle.velocity) for obstacle in scene.obstacles)
-    retimed = timing == FASTEST or (timing is None and by_auto and at_rest)
-    retiming = _retiming(robot, timing, retimed, {"speed": speed, "jerk_limit": jerk_limit, "dwell": dwell})
+    retimed = timing == FASTEST or (timing is None and by_auto and at_rest(scene.obstacles))
+    retiming = _retiming(timing, retimed, {"speed": speed, "jerk_limit": jerk_limit, "dwell": dwell})
     try:
         with progress("planning"):
             trajectory = plan(robot, scene, **given) if case is None else plan_case(robot, case, **given)
-            # What does not get there may be a standstill that trembles, which no timing makes better.
-            if retimed and (timing == FASTEST or trajectory.status is Status.REACHED):
-                trajectory = retime(trajectory, robot, scene, engine=trajectory.engine, **retiming)
+            # What does not get there may be a standstill that trembles: it is retimed if that was asked for.
+            if retimed and (timing == FASTEST or retiming or trajectory.status is Status.REACHED):
+                longest = given.get("max_time")
+                trajectory = retime(trajectory, robot, scene, max_time=longest, engine=trajectory.engine, **retiming)
     except InvalidInput as error:
         if is_of_a_scene(error):
             error.source = scene_file  # the scene is sound in itself but not one for this robot
@@ -152,7 +157,7 @@ def command(
     return 0 if trajectory.status is Status.REACHED else 1
 
 
-def _retiming(robot: Robot, timing: str | None, retimed: bool, options: Mapping[str, float | None]) -> dict[str, Any]:
+def _retiming(timing: str | None, retimed: bool, options: Mapping[str, float | None]) -> dict[str, Any]:
     """Return the arguments of the retiming, from the options that were given."""
     if timing is not None and timing not in TIMINGS:
         raise InvalidInput("timing", timing, f"one of {', '.join(TIMINGS)}")
@@ -163,10 +168,7 @@ def _retiming(robot: Robot, timing: str | None, retimed: bool, options: Mapping[
     if "jerk_limit" in given:
         checked_number("jerk_limit", given["jerk_limit"], above=0.0)
     if "speed" in given:
-        share = checked_number("speed", given.pop("speed"), above=0.0, most=1.0)
-        # As if time went slower.
-        given["velocity_limit"] = share * robot.velocity_limit
-        given["acceleration_limit"] = share**2 * robot.acceleration_limit
+        checked_number("speed", given["speed"], least=LEAST_SPEED, most=1.0)
     return given
 
 

@@ -24,7 +24,7 @@ def report_plan(title: str, trajectory: Trajectory) -> None:
     table.add_row("method", trajectory.method + _found_by(trajectory))
     table.add_row("certified", _certified(certificate, trajectory.duration))
     table.add_row("collision-free", f"{_yes(trajectory.collision_free)}, at the samples")
-    table.add_row("least clearance", _clearance(trajectory.min_clearance, "no obstacles"))
+    table.add_row("least clearance", _clearance(certificate.min_clearance_obstacles, "no obstacles"))
     table.add_row("between links", _clearance(certificate.min_clearance_self, "no pairs to check"))
     for i, violation in enumerate(trajectory.violations):
         what = f"{violation.joint} {violation.quantity} {violation.value:.3g}, limit {violation.limit:.3g}"
@@ -54,20 +54,15 @@ def _timing(trajectory: Trajectory) -> Iterator[tuple[str, str]]:
     if trajectory.timing is None:
         yield "timing", "as planned: it starts at full speed, which no drive can follow"
         return
-    yield "timing", f"within limits of velocity and acceleration, at rest at both ends; {_arrivals(trajectory)}"
+    yield "timing", "retimed: within limits of velocity and acceleration, at rest at both ends"
     for quantity, units in (("velocity", "m/s, rad/s"), ("acceleration", "m/s^2, rad/s^2"), ("jerk", "m/s^3, rad/s^3")):
         rows = [
             (getattr(peak, quantity), getattr(peak, f"{quantity}_limit"), peak.joint)
             for peak in trajectory.timing.peaks
         ]
         peak, limit, joint = max(rows, key=lambda row: (row[0] / row[1], row[0]))
-        share = f"{peak / limit:.1%} of its limit" if math.isfinite(limit) else "no limit"
+        share = f"{peak / limit:.1%} of the limit of {limit:.4g}" if math.isfinite(limit) else "no limit"
         yield f"peak {quantity}", f"{peak:.4g} ({units}), {share}, {joint}"
-
-
-def _arrivals(trajectory: Trajectory) -> str:
-    arrivals = ", ".join(f"{arrival:.2f} s" for arrival in trajectory.arrivals)
-    return f"at the targets at {arrivals}" if arrivals else "no target is reached"
 
 
 def _certified(certificate: Certificate, end: float) -> str:
