@@ -19,10 +19,10 @@ lint: $(VENV)/test-installed
 
 # The documentation as a site, site/index.html.
 docs: $(VENV)/test-installed
-	$(BIN)/mkdocs build --strict
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 
 docs-serve: $(VENV)/test-installed
-	$(BIN)/mkdocs serve
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs serve
 
 generate: $(VENV)/plan-installed
 	$(BIN)/python scripts/generate.py
@@ -71,7 +71,7 @@ $(VENV)/pyvenv.cfg:
 
 # Builds the native engine, which takes a minute or two.
 $(VENV)/plan-installed: $(VENV)/pyvenv.cfg pyproject.toml CMakeLists.txt $(wildcard engine/*)
-	@echo "Installing what is needed (about 1 GB) and compiling the native engine: two to four minutes."
+	@echo "Installing what is needed (about 1 GB) and compiling the native engine: two to six minutes."
 	$(BIN)/python -m pip install --quiet --editable . $(BUILD)
 	touch $@
 

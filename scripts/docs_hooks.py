@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import html
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import tostring
@@ -31,6 +32,7 @@ EM, SIZE = 16.0, 18.0
 drawing.math.color = "currentColor"
 drawing.svg2 = False
 
+NAMED = re.compile(r"\[(?:docs/)?(\w+\.md)\]\(")
 FORMULA = re.compile(r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>', re.DOTALL)
 ROLE = re.compile(r":(?:attr|class|func|meth):<code>(?:humanoid_rail\.)?([\w.]+)</code>")
 
@@ -42,12 +44,27 @@ def on_files(files: Files, config: MkDocsConfig, **_: Any) -> Files:
     return files
 
 
-def on_page_markdown(markdown: str, **_: Any) -> str:
-    """Turn links between docs/ and the root, which are right in the repository, into those of the site."""
+def on_page_markdown(markdown: str, config: MkDocsConfig, **_: Any) -> str:
+    """Turn links between docs/ and the root, which are right in the repository, into those of the site.
+
+    A link whose text is a file of docs/ gets the page's title from the navigation.
+    """
+    titles = dict(_titles(config.nav))
+    markdown = NAMED.sub(lambda link: f"[{titles.get(link[1], link[1])}](", markdown)
     markdown = re.sub(r'(\]\(|src=")docs/', r"\1", markdown)
     for source, target in FROM_ROOT.items():
         markdown = re.sub(rf"\]\((?:\.\./)?{re.escape(source)}(?=[#)])", f"]({target}", markdown)
     return markdown
+
+
+def _titles(nav: Any) -> Iterator[tuple[str, str]]:
+    """Yield the pages of a navigation with their titles."""
+    for entry in nav:
+        for title, below in entry.items():
+            if isinstance(below, str):
+                yield below, title
+            else:
+                yield from _titles(below)
 
 
 def on_page_content(content: str, **_: Any) -> str:
