@@ -19,7 +19,7 @@ from humanoid_rail.trajectory import MAX_SAMPLES
 SHARES = (0.5, 1.0, 1.5, 2.0, 3.0)
 """Over how long toppra's profile is averaged, in units of what joints take to come to its accelerations."""
 SLOWDOWNS, SLOWDOWN = 20, 1e-4
-"""How often a motion is slowed down a little to be within limits exactly, and how much more each time."""
+"""How often a motion is slowed down a little to be within limits exactly, and how much more: more each time."""
 
 
 def follow(
@@ -113,7 +113,7 @@ def _within_limits(
         if excess <= 1.0:
             return control
         # Other moments are sampled then, so that a little more may be needed.
-        slower *= excess * (1.0 + attempt * SLOWDOWN)
+        slower *= excess * (1.0 + SLOWDOWN * (2**attempt - 1))
     raise RuntimeError(f"a motion slowed down {SLOWDOWNS} times is still beyond its limits")
 
 
