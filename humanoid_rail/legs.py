@@ -89,7 +89,9 @@ def travel_legs(
         there = kinematics
         if task.robot is not robot or (begun and not still):
             there = computing.kinematics(task.robot, tuple(moved(obstacle, begun) for obstacle in obstacles))
-        weights = replace(gains, gain=gains.diagonal(3 * len(robot.hands))[rows_of(robot, task)])
+        weights = gains
+        if task.robot is not robot:
+            weights = replace(gains, gain=gains.diagonal(3 * len(robot.hands))[rows_of(robot, task)])
         seeds = seed if number == 0 else (seed, number)
         if method == "auto" and still:
             legs.append(_find_leg(task, there, computing, start, weights, safety, left, seed, seeds))
@@ -161,40 +163,41 @@ def _standstill(q: Array, status: Status, reason: str) -> Integration:
 
 def _join(robot: Robot, legs: Sequence[Leg], count: int) -> Journey:
     """Return legs as one, of as many as there should be."""
-    begins = np.concatenate([[0.0], np.cumsum([leg.motion.t[-1] for leg in legs])])
     motions = [leg.motion for leg in legs]
-    last = motions[-1]
-    if count == 1:
-        reason = last.reason
-    elif len(legs) == count and last.status is Status.REACHED:
-        reason = arrival(begins[1:].tolist())
-    else:
-        reason = f"step {len(legs)} of {count}, begun at t = {begins[-2]:.4g} s: {last.reason}"
-    visits = [motion.visited for motion in motions]
+    ends = np.cumsum([motion.t[-1] for motion in motions]).tolist()
     return Journey(
-        motion=Integration(
-            # Where a leg begins is where the one before ended.
-            t=np.concatenate([motion.t[k > 0 :] + begins[k] for k, motion in enumerate(motions)]),
-            q=np.vstack([motion.q[k > 0 :] for k, motion in enumerate(motions)]),
-            status=last.status,
-            reason=reason,
-            evaluations=sum(motion.evaluations for motion in motions),
-            visited=Motion(
-                np.concatenate([visit.t + begin for visit, begin in zip(visits, begins[:-1], strict=True)]),
-                np.vstack([visit.q for visit in visits]),
-                np.vstack([visit.velocity for visit in visits]),
-            ),
-        ),
+        motion=motions[0] if count == 1 else _joined_motion(motions, ends, count),
         found_by=", ".join(dict.fromkeys(leg.found_by for leg in legs if leg.found_by)),
         path=path_quality(robot, *(motion.q for motion in motions)),
-        search=_joined([leg.search for leg in legs if leg.search is not None]),
-        arrivals=tuple(
-            float(end) for leg, end in zip(legs, begins[1:], strict=True) if leg.motion.status is Status.REACHED
+        search=_joined_search([leg.search for leg in legs if leg.search is not None]),
+        arrivals=tuple(end for motion, end in zip(motions, ends, strict=True) if motion.status is Status.REACHED),
+    )
+
+
+def _joined_motion(motions: Sequence[Integration], ends: Sequence[float], count: int) -> Integration:
+    """Return motions that end at times in s as one."""
+    last, begins = motions[-1], [0.0, *ends[:-1]]
+    if len(motions) == count and last.status is Status.REACHED:
+        reason = arrival(ends)
+    else:
+        reason = f"step {len(motions)} of {count}, begun at t = {begins[-1]:.4g} s: {last.reason}"
+    visits = [motion.visited for motion in motions]
+    return Integration(
+        # Where a leg begins is where the one before ended.
+        t=np.concatenate([motion.t[k > 0 :] + begins[k] for k, motion in enumerate(motions)]),
+        q=np.vstack([motion.q[k > 0 :] for k, motion in enumerate(motions)]),
+        status=last.status,
+        reason=reason,
+        evaluations=sum(motion.evaluations for motion in motions),
+        visited=Motion(
+            np.concatenate([visit.t + begin for visit, begin in zip(visits, begins, strict=True)]),
+            np.vstack([visit.q for visit in visits]),
+            np.vstack([visit.velocity for visit in visits]),
         ),
     )
 
 
-def _joined(searches: Sequence[Search]) -> Search | None:
+def _joined_search(searches: Sequence[Search]) -> Search | None:
     """Return several searches as one."""
     if not searches:
         return None
