@@ -66,10 +66,10 @@ def limit_violations(robot: Robot, *motions: Motion) -> tuple[Violation, ...]:
 
 def _worst(robot: Robot, quantity: str, t: Array, values: Array, lower: Array, upper: Array) -> list[Violation]:
     """Return for each joint beyond its limits where it is farthest beyond them."""
-    excess = np.maximum(values - upper, lower - values)
+    excess = np.maximum(values.max(axis=0) - upper, lower - values.min(axis=0))
     found = []
-    for j in np.flatnonzero(excess.max(axis=0) > ROUNDING):
-        i = int(excess[:, j].argmax())
+    for j in np.flatnonzero(excess > ROUNDING):
+        i = int(np.maximum(values[:, j] - upper[j], lower[j] - values[:, j]).argmax())
         limit = upper[j] if values[i, j] > upper[j] else lower[j]
         found.append(Violation(robot.joint_names[j], quantity, float(values[i, j]), float(limit), float(t[i])))
     return found

@@ -38,13 +38,22 @@ def speed_units(robot: Robot) -> Array:
 
 def path_length(robot: Robot, path: Array) -> float:
     """Return the length of a path (K, n), s."""
-    return float(np.linalg.norm(np.diff(path, axis=0) / speed_units(robot), axis=1).sum())
+    _, lengths = _pieces(robot, path)
+    return float(lengths.sum())
 
 
 def turns(robot: Robot, path: Array) -> Array:
     """Return the angles between the pieces of a path (K, n) that follow each other, rad; K - 2 if none stands still."""
-    pieces = np.diff(path, axis=0) / speed_units(robot)
-    lengths = np.linalg.norm(pieces, axis=1)
+    return _angles(*_pieces(robot, path))
+
+
+def _pieces(robot: Robot, path: Array) -> tuple[Array, Array]:
+    """Return the pieces (K - 1, n) of a path in units of the speed limits, and their lengths (K - 1,), s."""
+    pieces: Array = np.diff(path, axis=0) / speed_units(robot)
+    return pieces, np.sqrt(np.einsum("kn,kn->k", pieces, pieces))
+
+
+def _angles(pieces: Array, lengths: Array) -> Array:
     directions = pieces[lengths > STANDSTILL] / lengths[lengths > STANDSTILL, None]
     # More precise for small angles than an arc cosine.
     half = np.linalg.norm(np.diff(directions, axis=0), axis=1) / 2
@@ -54,9 +63,10 @@ def turns(robot: Robot, path: Array) -> Array:
 
 def path_quality(robot: Robot, *paths: Array) -> PathQuality:
     """Return what paths (K, n) that follow each other are like; turns where one ends do not count."""
+    found = [_pieces(robot, path) for path in paths]
     return PathQuality(
-        sum(path_length(robot, path) for path in paths),
-        max(float(turns(robot, path).max(initial=0.0)) for path in paths),
+        sum(float(lengths.sum()) for _, lengths in found),
+        max(float(_angles(*pieces).max(initial=0.0)) for pieces in found),
     )
 
 
