@@ -36,7 +36,16 @@ class _Part(NamedTuple):
 
 
 def with_bounded_jerk(path: BSpline, profile: Profile, limits: Limits) -> Progress:
-    """Return ruckig's profiles between the places where the speed is least, slowed down where joints exceed limits."""
+    """Return ruckig's profiles between the places where the speed is least, slowed down where joints exceed limits.
+
+    Args:
+        path: q(s) (n,), m and rad, three times differentiable but for its knots.
+        profile: The fastest of it (:func:`fastest_profile`), whose s_ddot jumps.
+        limits: Of velocity, acceleration and jerk, finite for the joints that move.
+
+    Raises:
+        RuntimeError: If ruckig has no answer.
+    """
     # Imported here: it takes longer than all the rest together.
     from scipy.signal import find_peaks
 
@@ -50,7 +59,7 @@ def with_bounded_jerk(path: BSpline, profile: Profile, limits: Limits) -> Progre
         profiles = [
             _ruckig(part, a, b) for part, a, b in zip(parts, knots[:-1].tolist(), knots[1:].tolist(), strict=True)
         ]
-        excess = [_excess(path, profile, limits) for profile in profiles]
+        excess = [_worst_excess(path, profile, limits) for profile in profiles]
         if max(factor for factor, _, _ in excess) <= WITHIN:
             break
         for i, (factor, moment, v) in enumerate(excess):
@@ -128,7 +137,7 @@ def _ruckig(part: _Part, begin: float, end: float) -> Any:
     return profile
 
 
-def _excess(path: BSpline, profile: Any, limits: Limits) -> tuple[float, float, float]:
+def _worst_excess(path: BSpline, profile: Any, limits: Limits) -> tuple[float, float, float]:
     """Return by which factor a profile has to be slowed down for the joints to keep within their limits.
 
     And when that factor is needed, in units of its duration, and its speed then.

@@ -12,8 +12,6 @@ from humanoid_rail.robot import Robot
 DEGREE = 3
 FEWEST = 8
 """The fewest control points, so that a short path has a beginning, a middle and an end."""
-
-
 LOOKS = 8
 """Points on each piece of a smooth path at which its distance from a polyline is looked at."""
 

@@ -81,7 +81,9 @@ def averaged(profile: Profile, window: float) -> Progress:
     Before the start and after the end it rests.
     """
     grid, speed, rate, arrival = profile
-    end = float(arrival[-1])
+    end, lengths = float(arrival[-1]), np.diff(arrival)
+    areas = lengths * (grid[:-1] + lengths * (speed[:-1] / 2.0 + lengths * rate / 6.0))
+    passed = np.concatenate([[0.0], np.cumsum(areas)])
 
     def place(t: Array) -> tuple[Array, Array]:
         """Return s at times, and its integral up to then."""
@@ -89,10 +91,6 @@ def averaged(profile: Profile, window: float) -> Progress:
         since = np.clip(t, 0.0, end) - arrival[k]
         s = grid[k] + since * (speed[k] + since * rate[k] / 2.0)
         return s, passed[k] + since * (grid[k] + since * (speed[k] / 2.0 + since * rate[k] / 6.0))
-
-    lengths = np.diff(arrival)
-    areas = lengths * (grid[:-1] + lengths * (speed[:-1] / 2.0 + lengths * rate / 6.0))
-    passed = np.concatenate([[0.0], np.cumsum(areas)])
 
     def position(t: Array) -> Array:
         s, area = place(t)

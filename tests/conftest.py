@@ -72,6 +72,18 @@ def plan(engine: str) -> Plan:
     return plan
 
 
+@pytest.fixture(scope="session")
+def free() -> Scene:
+    """A scene without obstacles."""
+    return humanoid_rail.make_scene({"name": "free", "targets": {"left": [0.6, -1.8, 2.6], "right": [0.6, 1.8, 2.6]}})
+
+
+@pytest.fixture(scope="session")
+def planned(robot: Robot, free: Scene) -> Trajectory:
+    """A motion in it."""
+    return humanoid_rail.plan(robot, free)
+
+
 def random_q(robot: Robot, rng: np.random.Generator) -> np.ndarray:
     """Return a random configuration within the limits, the rail where the obstacles of the tests are."""
     q = rng.uniform(robot.lower, robot.upper)

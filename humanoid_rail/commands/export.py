@@ -8,6 +8,7 @@ import click
 
 from humanoid_rail.cli import Command, console
 from humanoid_rail.commands.folder import GROUP, reads_a_plan
+from humanoid_rail.commands.report import why_not_certified
 from humanoid_rail.export import FORMATS, export
 from humanoid_rail.plan_folder import Plan, read_plan
 from humanoid_rail.trajectory import Status
@@ -51,7 +52,7 @@ def _faults(plan: Plan) -> Iterator[str]:
     trajectory = plan.trajectory
     certificate = verify(plan.robot, plan.scene, trajectory)
     if not certificate.certified:
-        yield f"the motion is not certified: {certificate.contact or 'it could not be shown to be free of contact'}."
+        yield f"the motion is not certified: {why_not_certified(certificate)}."
     if trajectory.violations:
         joints = ", ".join(dict.fromkeys(violation.joint for violation in trajectory.violations))
         yield f"the motion is beyond limits, of {joints}."

@@ -165,6 +165,7 @@ def _retiming(timing: str | None, retimed: bool, options: Mapping[str, float | N
     if given and not retimed:
         field, value = next(iter(given.items()))
         raise InvalidInput(field, value, f"none but with --timing {FASTEST}")
+    # What retime would say too, but after the planning.
     if "jerk_limit" in given:
         checked_number("jerk_limit", given["jerk_limit"], above=0.0)
     if "speed" in given:

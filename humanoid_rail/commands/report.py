@@ -65,12 +65,15 @@ def _timing(trajectory: Trajectory) -> Iterator[tuple[str, str]]:
         yield f"peak {quantity}", f"{peak:.4g} ({units}), {share}, {joint}"
 
 
+def why_not_certified(certificate: Certificate) -> str:
+    """Return what is known of a motion that is not certified."""
+    return str(certificate.contact or "it could not be shown to be free of contact")
+
+
 def _certified(certificate: Certificate, end: float) -> str:
-    if certificate.contact is not None:
-        return f"NO: {certificate.contact}"
-    bound = certificate.clearance_bound
     if not certificate.certified:
-        return "NO: it could not be shown to be free of contact"
+        return f"NO: {why_not_certified(certificate)}"
+    bound = certificate.clearance_bound
     nothing = "yes: there is nothing to touch"
     return nothing if bound is None else f"yes: no clearance below {bound:.4f} m until t = {end:.4g} s"
 
