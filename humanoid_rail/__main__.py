@@ -1,6 +1,6 @@
 """`python -m humanoid_rail`, which is the console command `humanoid-rail`."""
 
-from humanoid_rail.commands import main
+from humanoid_rail.cli import main
 
 if __name__ == "__main__":
     main()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from humanoid_rail.arrays import Array, FrozenArrays
+from humanoid_rail._arrays import Array, FrozenArrays
 
 
 @dataclass(frozen=True)

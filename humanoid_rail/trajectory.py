@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
-from humanoid_rail.arrays import Array, FrozenArrays
-from humanoid_rail.certificate import Certificate
-from humanoid_rail.limits import Violation
-from humanoid_rail.search import PathQuality, Search
+from humanoid_rail._arrays import Array, FrozenArrays
+from humanoid_rail.collision.certificate import Certificate
+from humanoid_rail.kinematics.joint_limits import Violation
+from humanoid_rail.search.effort import PathQuality, Search
 from humanoid_rail.timing import Timing
 
 MAX_SAMPLES = 1_000_000

@@ -8,7 +8,7 @@ from pathlib import Path
 from nanobind.stubgen import StubGen
 
 from humanoid_rail import _engine, build_urdf, load_robot
-from humanoid_rail.scene import scene_schema
+from humanoid_rail.scene.scene import scene_schema
 
 ROOT = Path(__file__).resolve().parent.parent
 

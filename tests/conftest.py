@@ -15,7 +15,7 @@ from scipy.interpolate import CubicSpline
 
 import humanoid_rail
 from humanoid_rail import Robot, Scene, Timing, Trajectory, load_robot, paper_scene
-from humanoid_rail.engines import ENGINES, get_engine, why_not_native
+from humanoid_rail.planning.engines import ENGINES, get_engine, why_not_native
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "scripts"))

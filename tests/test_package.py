@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from conftest import ROOT
 
-from humanoid_rail.engines import why_not_native
+from humanoid_rail.planning.engines import why_not_native
 
 
 def python(code: str, *, cwd: Path, site: Path | None = None) -> str:

@@ -1,0 +1,61 @@
+"""The console command `humanoid-rail`: a module for each of its commands, imported when that is called."""
+
+from __future__ import annotations
+
+from importlib import import_module
+
+import click
+
+from humanoid_rail import __version__
+from humanoid_rail.cli.console import run
+from humanoid_rail.errors import InvalidInput
+
+COMMANDS = {
+    "plan": "Plan a motion of both hands to their targets.",
+    "play": "Play back a plan in the browser.",
+    "verify": "Prove a plan free of contact, afresh.",
+    "export": "Write a plan for other tools: CSV, NumPy, ROS 2, MuJoCo.",
+    "urdf": "Print the URDF of the robot, or its SRDF.",
+    "evaluate": "Compare methods on the scenes of a folder.",
+    "benchmark": "Measure how fast the engines are.",
+}
+"""What each command does, by its name and in the order of the help."""
+
+
+class _Commands(click.Group):
+    """Imports a command when it is called: most of them load much, and the list of them needs nothing of it."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, name: str) -> click.Command:
+        if name not in COMMANDS:
+            raise InvalidInput("command", name, f"one of {', '.join(COMMANDS)}")
+        command: click.Command = import_module(f"{__name__}.{name}").command
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
+
+
+@click.command(
+    cls=_Commands,
+    invoke_without_command=True,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 120},
+    epilog="Exit code: 0 if it went well, 1 if targets are not reached or nothing is proven, 2 after bad input.",
+)
+@click.version_option(__version__, package_name="humanoid_rail", message="humanoid_rail %(version)s")
+@click.pass_context
+def commands(ctx: click.Context) -> None:
+    """Motion planning for a two-armed robot on a rail, which reaches with both hands and touches nothing.
+
+    Begin with `humanoid-rail plan --case 3 --out out/case3`, and go on with `humanoid-rail play out/case3`.
+    """
+    if ctx.invoked_subcommand is None:
+        click.echo(ctx.get_help())
+
+
+def main() -> None:
+    """Run the command with the arguments of this process, and exit."""
+    run(commands)

@@ -1,0 +1,62 @@
+"""The command that writes a plan for other tools."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import click
+
+from humanoid_rail.cli.console import Command, console
+from humanoid_rail.cli.plan_folder_options import GROUP, reads_a_plan
+from humanoid_rail.cli.report import why_not_certified
+from humanoid_rail.io.export import FORMATS, export
+from humanoid_rail.io.plan_folder import Plan, read_plan
+from humanoid_rail.trajectory import Status
+from humanoid_rail.planning.verification import verify
+
+
+class _Export(Command):
+    """Says what the formats are."""
+
+    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Formats"):
+            formatter.write_dl(list(FORMATS.items()))
+
+
+@click.command(
+    cls=_Export,
+    examples={
+        "humanoid-rail export out/case3 --format csv -o case3.csv": "A table of times, joints and hands.",
+        "humanoid-rail export out/case3 --format ros-yaml -o case3.yaml": "A message for ROS 2.",
+        "humanoid-rail export out/deep --format mujoco -o deep": "A folder for MuJoCo, of a motion that was retimed.",
+    },
+    groups=GROUP,
+)
+@reads_a_plan
+@click.option("--format", required=True, metavar="FORMAT", help="One of those below.")
+@click.option("--out", "-o", required=True, metavar="PATH", help="File to write; for mujoco a folder.")
+@click.option(
+    "--passive/--no-passive", default=False, help="Passive joints too, in the formats of ROS.", show_default=True
+)
+def command(folder: str, scene_file: str | None, robot_file: str | None, format: str, out: str, passive: bool) -> None:
+    """Write the plan in FOLDER, as `plan --out` wrote it, in a format of other tools."""
+    plan = read_plan(folder, scene_file, robot_file)
+    written = export(plan.trajectory, plan.robot, plan.scene, format, out, passive=passive)
+    for fault in _faults(plan):
+        console.print(f"Mind: {fault}", soft_wrap=True)
+    console.print(f"Written: {', '.join(map(str, written))}", soft_wrap=True)
+
+
+def _faults(plan: Plan) -> Iterator[str]:
+    """Say why a robot had better not run a motion."""
+    trajectory = plan.trajectory
+    certificate = verify(plan.robot, plan.scene, trajectory)
+    if not certificate.certified:
+        yield f"the motion is not certified: {why_not_certified(certificate)}."
+    if trajectory.violations:
+        joints = ", ".join(dict.fromkeys(violation.joint for violation in trajectory.violations))
+        yield f"the motion is beyond limits, of {joints}."
+    if trajectory.status is not Status.REACHED:
+        yield f"{trajectory.status}, {trajectory.reason}."
+    if trajectory.timing is None:
+        yield "the motion starts at full speed, which no drive can follow; plan with --timing fastest."

@@ -1,0 +1,101 @@
+"""What commands say of a plan."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from rich.table import Table
+
+from humanoid_rail.collision.certificate import Certificate
+from humanoid_rail.cli.console import console
+from humanoid_rail.search.effort import PathQuality
+from humanoid_rail.trajectory import Trajectory
+
+
+def report_plan(title: str, trajectory: Trajectory) -> None:
+    """Print a short table of what came of a plan."""
+    table = Table(title=title, title_justify="left", show_header=False)
+    table.add_row("status", f"{trajectory.status}: {trajectory.reason}")
+    table.add_row("duration", f"{trajectory.duration:.4f} s")
+    for name, text in _timing(trajectory):
+        table.add_row(name, text)
+    certificate = trajectory.certificate
+    table.add_row("method", trajectory.method + _found_by(trajectory))
+    table.add_row("certified", _certified(certificate, trajectory.duration))
+    table.add_row("collision-free", f"{_yes(trajectory.collision_free)}, at the samples")
+    table.add_row("least clearance", _clearance(certificate.min_clearance_obstacles, "no obstacles"))
+    table.add_row("between links", _clearance(certificate.min_clearance_self, "no pairs to check"))
+    for i, violation in enumerate(trajectory.violations):
+        what = f"{violation.joint} {violation.quantity} {violation.value:.3g}, limit {violation.limit:.3g}"
+        table.add_row("" if i else "beyond limits", f"{what}, at {violation.t:.2f} s")
+    if trajectory.limits_ok:
+        table.add_row("within limits", "yes")
+    table.add_row("manipulability", f"{trajectory.manipulability[0]:.3f} to {trajectory.manipulability[-1]:.3f}")
+    table.add_row("path", _path(trajectory))
+    table.add_row(
+        "planning",
+        f"{1e3 * trajectory.planning_time:.1f} ms ({trajectory.engine}), {trajectory.evaluations} evaluations of q_dot",
+    )
+    console.print(table)
+
+
+def report_certificate(title: str, certificate: Certificate, duration: float) -> None:
+    """Print a short table of what is proven of a motion that takes a duration in s."""
+    table = Table(title=title, title_justify="left", show_header=False)
+    table.add_row("certified", _certified(certificate, duration))
+    table.add_row("least clearance", _clearance(certificate.min_clearance_obstacles, "no obstacles"))
+    table.add_row("between links", _clearance(certificate.min_clearance_self, "no pairs to check"))
+    console.print(table)
+
+
+def _timing(trajectory: Trajectory) -> Iterator[tuple[str, str]]:
+    """Say how fast a motion is, and how near that comes to the limits."""
+    if trajectory.timing is None:
+        yield "timing", "as planned: it starts at full speed, which no drive can follow"
+        return
+    yield "timing", "retimed: within limits of velocity and acceleration, at rest at both ends"
+    for quantity, units in (("velocity", "m/s, rad/s"), ("acceleration", "m/s^2, rad/s^2"), ("jerk", "m/s^3, rad/s^3")):
+        rows = [
+            (getattr(peak, quantity), getattr(peak, f"{quantity}_limit"), peak.joint)
+            for peak in trajectory.timing.peaks
+        ]
+        peak, limit, joint = max(rows, key=lambda row: (row[0] / row[1], row[0]))
+        share = f"{peak / limit:.1%} of the limit of {limit:.4g}" if math.isfinite(limit) else "no limit"
+        yield f"peak {quantity}", f"{peak:.4g} ({units}), {share}, {joint}"
+
+
+def why_not_certified(certificate: Certificate) -> str:
+    """Return what is known of a motion that is not certified."""
+    return str(certificate.contact or "it could not be shown to be free of contact")
+
+
+def _certified(certificate: Certificate, end: float) -> str:
+    if not certificate.certified:
+        return f"NO: {why_not_certified(certificate)}"
+    bound = certificate.clearance_bound
+    nothing = "yes: there is nothing to touch"
+    return nothing if bound is None else f"yes: no clearance below {bound:.4f} m until t = {end:.4g} s"
+
+
+def _found_by(trajectory: Trajectory) -> str:
+    return f": found by {trajectory.found_by}" if trajectory.method == "auto" and trajectory.found_by else ""
+
+
+def _path(trajectory: Trajectory) -> str:
+    """Say how long the path is and how sharply it turns, and what it was before it was smoothed."""
+    path, raw = trajectory.path, trajectory.search.raw if trajectory.search else None
+    said = f"length {path.length:.3g} s (joints in units of their speed limits), sharpest turn {_degrees(path)}"
+    return said + (f"; as it was sampled {raw.length:.3g} s and {_degrees(raw)}" if raw else "")
+
+
+def _degrees(path: PathQuality) -> str:
+    return f"{round(math.degrees(path.sharpest_turn), 1):g} deg"
+
+
+def _clearance(clearance: float | None, nothing: str) -> str:
+    return nothing if clearance is None else f"{clearance:.4f} m"
+
+
+def _yes(truth: bool) -> str:
+    return "yes" if truth else "NO"

@@ -1,0 +1,72 @@
+"""Position drives for simulators: gains that suit what each joint has to move."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from humanoid_rail._arrays import Array
+from humanoid_rail.errors import InvalidInput
+from humanoid_rail.model.robot import Robot
+
+BANDWIDTH = 20.0
+"""Natural frequency of every drive, Hz. The errors in following grow with its inverse square."""
+
+
+@dataclass(frozen=True)
+class Drive:
+    """The drive of a joint: force = kp (ctrl - q) - kv q_dot."""
+
+    joint: str
+    kp: float
+    """N/m or N m/rad."""
+    kv: float
+    """N s/m or N m s/rad."""
+    effort_limit: float
+    """Of the whole force, N or N m; infinite where the URDF has none or 0."""
+
+
+def gravity_load(robot: Robot, q: Array) -> Array:
+    """Return the forces that hold the robot against gravity, S^T g (N, n), N and N m.
+
+    Args:
+        robot: The robot. What holds its passive joints is their leaders.
+        q: Configurations (N, n), m and rad.
+    """
+    model, data = robot.model, robot.model.createData()
+    return np.array(
+        [pin.computeGeneralizedGravity(model, data, robot.full_configuration(sample)) for sample in q]
+    ) @ np.asarray(robot.coupling)
+
+
+def drives(robot: Robot, q: Array) -> tuple[Drive, ...]:
+    """Return a critically damped drive for each actuated joint.
+
+    With the largest inertia I that the joint sees in any of the configurations, the other joints held, and the natural
+    frequency w, kp = I w^2 and kv = 2 I w.
+
+    Args:
+        robot: The robot.
+        q: Configurations (N, n) of the motion, m and rad.
+
+    Raises:
+        InvalidInput: If what a joint moves has no mass or no inertia.
+    """
+    model, S = robot.model, robot.coupling
+    for name, moved in zip(list(model.names)[1:], list(model.inertias)[1:], strict=True):
+        if not (moved.mass > 0 and np.linalg.eigvalsh(moved.inertia).min() > 0):
+            raise InvalidInput(f"inertial of what {name} moves", moved.mass, "a mass and an inertia greater than 0")
+    data = model.createData()
+    seen = np.zeros(robot.n)
+    for sample in q:
+        upper = np.triu(pin.crba(model, data, robot.full_configuration(sample)))
+        inertia = upper + np.triu(upper, 1).T
+        seen = np.maximum(seen, np.einsum("ji,jk,ki->i", S, inertia, S))
+    w = 2 * np.pi * BANDWIDTH
+    limits = [float(model.effortLimit[model.joints[model.getJointId(name)].idx_v]) for name in robot.joint_names]
+    return tuple(
+        Drive(name, float(inertia * w**2), float(2 * inertia * w), limit if limit > 0 else np.inf)
+        for name, inertia, limit in zip(robot.joint_names, seen, limits, strict=True)
+    )

@@ -1,0 +1,169 @@
+"""The robot and its scene as MJCF, the format of MuJoCo. Needs no MuJoCo."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations, product
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, SubElement
+
+import coal
+import numpy as np
+import pinocchio as pin
+
+from humanoid_rail._arrays import Array
+from humanoid_rail.viewer.camera import sight
+from humanoid_rail.viewer.colours import hand_colour, rgb
+from humanoid_rail.io.mujoco.actuators import Drive
+from humanoid_rail.io.mujoco.mjcf_bodies import add_robot, find, numbers, shape_attributes, visuals
+from humanoid_rail.scene.obstacles import HalfSpace, Obstacle, is_moving, name_of
+from humanoid_rail.model.robot import Robot
+from humanoid_rail.scene.scene import Scene
+from humanoid_rail.scene.shapes import PlacedShape, placed_shapes, support
+from humanoid_rail.trajectory import Trajectory
+
+TIMESTEP = 5e-4
+"""Of the simulation, s."""
+
+# filterparent: the SRDF says which links may touch, not their order. equality: as stiff as MuJoCo allows, so that
+# passive joints have no play.
+TEMPLATE = f"""
+<mujoco>
+  <compiler angle="radian" autolimits="true" inertiafromgeom="false"/>
+  <option timestep="{TIMESTEP!r}" integrator="implicitfast"><flag filterparent="disable"/></option>
+  <statistic/>
+  <visual>
+    <global fovy="42" offwidth="1920" offheight="1080"/>
+    <headlight ambient="0.35 0.35 0.35" diffuse="0.4 0.4 0.4" specular="0.1 0.1 0.1"/>
+    <quality shadowsize="4096"/>
+  </visual>
+  <default>
+    <equality solref="{2 * TIMESTEP!r} 1" solimp="0.9999 0.9999 0.001 0.5 2"/>
+    <default class="visual"><geom group="2" contype="0" conaffinity="0"/></default>
+    <default class="collision"><geom group="3" rgba="0.2 0.7 0.3 0.4"/></default>
+    <default class="obstacle"><geom rgba="0.75 0.19 0.35 0.45"/></default>
+  </default>
+  <asset>
+    <texture type="skybox" builtin="gradient" rgb1="0.93 0.95 0.97" rgb2="0.66 0.74 0.83" width="256" height="1536"/>
+    <texture name="floor" type="2d" builtin="checker" rgb1="0.82 0.84 0.86" rgb2="0.78 0.8 0.83" width="64"
+             height="64"/>
+    <material name="floor" texture="floor" texrepeat="1 1" texuniform="true"/>
+  </asset>
+  <worldbody/>
+  <contact/>
+  <equality/>
+  <actuator/>
+  <keyframe/>
+</mujoco>
+"""
+
+
+def mjcf(robot: Robot, scene: Scene, trajectory: Trajectory, gains: Sequence[Drive], ctrl: Array) -> str:
+    """Return a motion's robot and scene as the text of an MJCF file.
+
+    Every link of the URDF is a body, fixed ones too, with its inertia, its primitive visual bodies (group 2) and the
+    collision bodies that the robot is checked with (group 3, hidden at first). MuJoCo looks for contacts where the
+    robot is checked, and nowhere else. The order of the joints is Pinocchio's.
+
+    Args:
+        robot: The robot.
+        scene: The scene; what moves is a mocap body, whose position is its displacement since t = 0.
+        trajectory: The motion: for the keyframe `start` and the view.
+        gains: The drives of the actuated joints.
+        ctrl: What they are given at the start (n,), m and rad.
+
+    Raises:
+        InvalidInput: If a collision body has no thickness.
+    """
+    document = ElementTree.fromstring(TEMPLATE)
+    document.set("model", robot.name)
+    world = find(document, "worldbody")
+    _set_view(document, robot, scene, trajectory)
+    if not any(isinstance(obstacle, HalfSpace) for obstacle in scene.obstacles):
+        _add_floor(world, robot)
+    add_robot(world, robot, gains)
+    for i, (hand, end) in enumerate(zip(robot.hands, trajectory.hands[-1], strict=True)):
+        rgba = f"{numbers(rgb(hand_colour(i)))} 0.4"
+        SubElement(world, "site", name=f"{hand.name}_end", pos=numbers(end), size="0.05", rgba=rgba)
+    _add_obstacles(document, scene)
+    _add_contacts(document, robot, scene)
+    _add_coupling(find(document, "equality"), robot)
+    for drive in gains:
+        attributes = {"name": drive.joint, "joint": drive.joint, "kp": repr(drive.kp), "kv": repr(drive.kv)}
+        SubElement(find(document, "actuator"), "position", attributes)
+    start = {"qpos": robot.full_configuration(trajectory.q[0]), "ctrl": ctrl}
+    SubElement(find(document, "keyframe"), "key", {k: numbers(v) for k, v in start.items()}, name="start")
+    ElementTree.indent(document)
+    return ElementTree.tostring(document, encoding="unicode") + "\n"
+
+
+def _set_view(document: Element, robot: Robot, scene: Scene, trajectory: Trajectory) -> None:
+    middle, camera = sight(robot, scene, trajectory)
+    distance = float(np.linalg.norm(camera))
+    # MuJoCo's own camera is 1.5 times the extent away from the centre.
+    find(document, "statistic").attrib |= {"center": numbers(middle), "extent": repr(distance / 1.5)}
+    # From above and behind the camera. Shadows are computed around the ray from the light's position.
+    ray = np.array([*(-0.5 * camera[:2] / np.linalg.norm(camera[:2])), -1.0])
+    light = SubElement(find(document, "worldbody"), "light", directional="true", diffuse="0.6 0.6 0.6")
+    light.attrib |= {"dir": numbers(ray), "pos": numbers(middle - distance * ray)}
+    azimuth, elevation = np.degrees([np.arctan2(-camera[1], -camera[0]), -np.arcsin(camera[2] / distance)])
+    find(document, "visual/global").attrib |= {"azimuth": f"{azimuth:.1f}", "elevation": f"{elevation:.1f}"}
+
+
+def _add_floor(world: Element, robot: Robot) -> None:
+    """Draw a floor under the root link. It touches nothing."""
+    root = next(frame.name for frame in robot.model.frames if frame.type == pin.FrameType.BODY)
+    down = np.array([0.0, 0.0, -1.0])
+    feet = [-support(visual, down) for visual, _ in visuals(ElementTree.fromstring(robot.urdf), root)]
+    place = {"pos": numbers([0.0, 0.0, min(feet, default=0.0)]), "size": "0 0 1"}
+    SubElement(world, "geom", {"class": "visual"}, type="plane", material="floor", **place)
+
+
+def _add_obstacles(document: Element, scene: Scene) -> None:
+    world, assets = find(document, "worldbody"), find(document, "asset")
+    for i, obstacle in enumerate(scene.obstacles):
+        body = world
+        if is_moving(obstacle):
+            body = SubElement(world, "body", name=name_of(scene.obstacles, i), mocap="true")
+        for name, placed in _pieces(scene.obstacles, i):
+            shape = shape_attributes(placed)
+            if isinstance(placed.shape, coal.ConvexBase):
+                SubElement(assets, "mesh", name=name, vertex=numbers(np.ravel(placed.shape.points())))
+                shape["mesh"] = name
+            if isinstance(placed.shape, coal.Halfspace):
+                shape |= {"material": "floor", "rgba": "1 1 1 1"}
+            SubElement(body, "geom", {"class": "obstacle", "name": name, **shape})
+
+
+def _pieces(obstacles: Sequence[Obstacle], i: int) -> list[tuple[str, PlacedShape]]:
+    """Return the convex pieces of an obstacle and their names."""
+    pieces, name = placed_shapes(obstacles[i]), name_of(obstacles, i)
+    return [(name, piece) if len(pieces) == 1 else (f"{name} piece {k}", piece) for k, piece in enumerate(pieces)]
+
+
+def _add_contacts(document: Element, robot: Robot, scene: Scene) -> None:
+    """Exclude the pairs of links that are not checked, and ask for those that MuJoCo leaves out by itself."""
+    contact = find(document, "contact")
+    bodies, links = robot.collision_model.geometryObjects, robot.link_names
+    checked = {frozenset((links[i], links[j])) for i, j in robot.self_collision_pairs}
+    for a, b in combinations(dict.fromkeys(links), 2):
+        if frozenset((a, b)) not in checked:
+            SubElement(contact, "exclude", body1=a, body2=b)
+    # MuJoCo looks at no pair that cannot move relative to each other.
+    for i, j in robot.self_collision_pairs:
+        if bodies[i].parentJoint == bodies[j].parentJoint:
+            SubElement(contact, "pair", geom1=bodies[i].name, geom2=bodies[j].name)
+    obstacles = [name for i in range(len(scene.obstacles)) for name, _ in _pieces(scene.obstacles, i)]
+    for body, name in product((body for body in bodies if body.parentJoint == 0), obstacles):
+        SubElement(contact, "pair", geom1=body.name, geom2=name)
+
+
+def _add_coupling(equality: Element, robot: Robot) -> None:
+    """Add the passive joints: q_full = S q + s0, in which each follows one actuated joint."""
+    for joint_id, name in enumerate(list(robot.model.names)[1:], start=1):
+        if name not in robot.joint_names:
+            row = robot.coupling[robot.model.joints[joint_id].idx_v]
+            leader = int(abs(row).argmax())
+            polynomial = numbers([robot.offset[robot.model.joints[joint_id].idx_q], row[leader], 0.0, 0.0, 0.0])
+            names = {"name": name, "joint1": name, "joint2": robot.joint_names[leader]}
+            SubElement(equality, "joint", names, polycoef=polynomial)

@@ -1,0 +1,115 @@
+"""A plan in a folder: the motion with the robot and the scene it was planned for, so that nothing else is needed."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from humanoid_rail.errors import InvalidInput
+from humanoid_rail.io.trajectory_files import read_trajectory, write_trajectory
+from humanoid_rail.model.robot import Robot, paper_robot
+from humanoid_rail.scene.scene import Scene, check_scene, load_scene, make_scene
+from humanoid_rail.trajectory import Trajectory
+
+SCENE = "scene.json"
+"""A scene file with all that has a default written out; mesh files are copied beside it."""
+ROBOT = "robot.urdf"
+"""The URDF that the paper's robot was built from."""
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A motion, and what it was planned for."""
+
+    robot: Robot
+    """The paper's, whatever its lengths and limits."""
+    scene: Scene
+    trajectory: Trajectory
+
+
+def write_plan(plan: Plan, folder: str | Path, extra: Iterable[tuple[str, str]] = ()) -> tuple[Path, ...]:
+    """Write a motion as :func:`humanoid_rail.write_trajectory` does, and `scene.json` and `robot.urdf` beside it.
+
+    Args:
+        plan: What to write.
+        folder: Where to; made if need be.
+        extra: Further text files, by name and content.
+
+    Returns:
+        The files written.
+
+    Raises:
+        InvalidInput: If the folder cannot be written to, or a mesh file is gone.
+    """
+    scene, meshes = plan.scene.model_dump(mode="json"), dict[str, bytes]()
+    for number, obstacle in enumerate(scene["obstacles"]):
+        if "file" in obstacle:
+            mesh = Path(obstacle["file"])
+            obstacle["file"] = f"mesh-{number}{mesh.suffix}"
+            try:
+                meshes[obstacle["file"]] = mesh.read_bytes()
+            except OSError as error:
+                raise InvalidInput(
+                    f"obstacles[{number}].file", str(mesh), f"a file that is still there ({error})"
+                ) from error
+    text = json.dumps(scene, indent=2, ensure_ascii=False) + "\n"
+    texts = {SCENE: text, ROBOT: plan.robot.urdf, **dict(extra)}
+    return write_trajectory(plan.trajectory, folder, {**meshes, **{name: t.encode() for name, t in texts.items()}})
+
+
+def read_plan(folder: str | Path, scene_file: str | None = None, robot_file: str | None = None) -> Plan:
+    """Return the plan in a folder.
+
+    Args:
+        folder: What :func:`write_plan` wrote, or :func:`humanoid_rail.write_trajectory` if both files are given.
+        scene_file: The scene, instead of the one in the folder.
+        robot_file: URDF of the paper's robot, instead of the one in the folder.
+
+    Raises:
+        InvalidInput: If the folder holds no plan, a file is not valid, or the three do not go together.
+    """
+    trajectory = read_trajectory(folder)
+    source = robot_file or str(Path(folder) / ROBOT)
+    robot = _robot(source)
+    if (robot.joint_names, robot.hand_names) != (trajectory.joint_names, trajectory.hand_names):
+        valid = f"the robot of the trajectory, with the joints {', '.join(trajectory.joint_names)}"
+        raise InvalidInput("robot", ", ".join(robot.joint_names), valid, source)
+    source = scene_file or str(Path(folder) / SCENE)
+    scene = load_scene(scene_file) if scene_file else _scene(source)
+    if not scene_file and scene.name != trajectory.scene:
+        valid = f"{trajectory.scene!r}, the scene that this trajectory was planned for, or another given by --scene"
+        raise InvalidInput("name", scene.name, valid, source)
+    try:
+        check_scene(robot, scene)
+    except InvalidInput as error:
+        error.source = source
+        raise
+    return Plan(robot, scene, trajectory)
+
+
+def _robot(file: str) -> Robot:
+    urdf = _text("robot", file)
+    try:
+        return paper_robot(urdf)
+    except InvalidInput as error:
+        error.source = file
+        raise
+
+
+def _scene(file: str) -> Scene:
+    text = _text("scene", file)
+    try:
+        data = json.loads(text)
+    except ValueError as error:
+        raise InvalidInput("scene", text, f"JSON ({error})", file) from error
+    return make_scene(data, folder=Path(file).parent, source=file)
+
+
+def _text(what: str, file: str) -> str:
+    try:
+        return Path(file).read_text(encoding="utf-8")
+    except (OSError, ValueError) as error:
+        valid = f"a file as `humanoid-rail plan --out` writes it, or another given by --{what} ({error})"
+        raise InvalidInput(what, file, valid) from error

@@ -1,0 +1,268 @@
+"""A robot as frozen data: Pinocchio model, linear coupling, collision bodies, limits and hands."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import SupportsFloat
+from xml.etree import ElementTree
+
+import coal
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
+
+from humanoid_rail._arrays import Array, FrozenArrays, frozen
+from humanoid_rail.model.library import build_urdf
+from humanoid_rail.errors import MISSING, InvalidInput
+from humanoid_rail._resources import resource
+
+# URDF has no acceleration limit; this attribute of <limit> is Drake's.
+_ACCELERATION = "{http://drake.mit.edu}acceleration"
+
+ARM_JOINTS = ("shoulder_roll", "shoulder_pitch", "upper_arm_roll", "elbow_pitch")
+INITIAL = (0.0, 0.0, np.pi / 3, np.pi / 4, *(8 * (0.0,)))
+"""q(0) of eq. 5.1: m, then rad."""
+
+
+@dataclass(frozen=True)
+class Hand:
+    """A point of the robot that is given targets."""
+
+    name: str
+    """Name in scenes, for example `left`."""
+    frame: str
+    """Frame of the model whose origin is the point."""
+    arm: tuple[str, ...]
+    """Actuated joints of its arm: the columns of its block in J_arms of eq. 3.4."""
+    pointing: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    """The direction in the frame in which the hand points, of any length; what `approach` of a pose is about."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Robot(FrozenArrays):
+    """A robot whose joints follow its actuated ones linearly: q_full = S q + s0.
+
+    The passive joints are ordinary joints of the Pinocchio model, moved by the coupling, because Pinocchio's own mimic
+    joints support neither kinematic Hessians nor pickling. n is the number of actuated joints.
+    """
+
+    name: str
+    urdf: str
+    """URDF text the robot was built from."""
+    model: pin.Model
+    """All joints, passive ones free."""
+    collision_model: pin.GeometryModel
+    """The collision bodies ("links" in what follows), in the parents' order."""
+    coupling: Array
+    """S (model.nv, n)."""
+    offset: Array
+    """s0 (model.nq,)."""
+    joint_names: tuple[str, ...]
+    """Actuated joints in Pinocchio's order."""
+    lower: Array
+    """Position limits (n,), m or rad."""
+    upper: Array
+    """Position limits (n,), m or rad."""
+    velocity_limit: Array
+    """(n,), m/s or rad/s."""
+    acceleration_limit: Array
+    """(n,), m/s^2 or rad/s^2; infinite where the URDF has none."""
+    hands: tuple[Hand, ...]
+    initial: Array
+    """Configuration (n,) where motions start unless a scene says otherwise."""
+    self_collision_pairs: tuple[tuple[int, int], ...]
+    """Pairs of collision bodies that may collide, by index in collision_model."""
+
+    def __repr__(self) -> str:
+        return f"Robot({self.name!r}, {self.n} actuated joints, {self.collision_model.ngeoms} collision bodies)"
+
+    @property
+    def n(self) -> int:
+        """Number of actuated joints."""
+        return len(self.joint_names)
+
+    @property
+    def link_names(self) -> tuple[str, ...]:
+        """Names of the URDF links that have a collision body."""
+        return tuple(self.model.frames[body.parentFrame].name for body in self.collision_model.geometryObjects)
+
+    @property
+    def hand_names(self) -> tuple[str, ...]:
+        """Names of the hands, in the order of their rows in the Jacobian."""
+        return tuple(hand.name for hand in self.hands)
+
+    def full_configuration(self, q: ArrayLike) -> Array:
+        """Return the configuration q_full = S q + s0 (model.nq,) of all joints, passive ones included."""
+        full: Array = self.coupling @ np.asarray(q, float) + self.offset
+        return full
+
+    def arm_columns(self, hand: Hand) -> list[int]:
+        """Return the indices in q of the joints of a hand's arm."""
+        return [self.joint_names.index(name) for name in hand.arm]
+
+
+def check_joint_names(robot: Robot, names: Sequence[str]) -> None:
+    """Check that a trajectory with these joints is one of a robot.
+
+    Raises:
+        InvalidInput: If it is not.
+    """
+    if tuple(names) != robot.joint_names:
+        raise InvalidInput("trajectory.joint_names", names, f"those of the robot: {', '.join(robot.joint_names)}")
+
+
+def load_robot(**xacro_args: SupportsFloat) -> Robot:
+    """Return the paper's robot.
+
+    Args:
+        **xacro_args: Arguments of `robots/humanoid_rail.urdf.xacro`, see :func:`humanoid_rail.build_urdf`; for example
+            ``link_radius=0.0`` or ``beta=1.0``.
+
+    Raises:
+        InvalidInput: If an argument is unknown or its value is not valid.
+    """
+    return paper_robot(build_urdf(**xacro_args))
+
+
+def paper_robot(urdf: str) -> Robot:
+    """Return the paper's robot from its URDF text, as :func:`humanoid_rail.build_urdf` makes it.
+
+    Raises:
+        InvalidInput: If the text is no URDF, or not one of this robot.
+    """
+    return robot_from_urdf(
+        urdf,
+        resource("robots", "humanoid_rail.srdf").read_text(encoding="utf-8"),
+        hands=[Hand(side, f"{side}_hand", tuple(f"{side}_{j}" for j in ARM_JOINTS)) for side in ("left", "right")],
+        initial=INITIAL,
+    )
+
+
+def robot_from_urdf(urdf: str, srdf: str | None, hands: Sequence[Hand], initial: ArrayLike | None = None) -> Robot:
+    """Return a robot from URDF text.
+
+    Args:
+        urdf: URDF text. `<mimic>` joints become rows of the linear coupling.
+        srdf: SRDF text naming the pairs of links that need not be checked against each other, if any.
+        hands: The points that are given targets.
+        initial: Configuration (n,) in m and rad; the middle of the position limits if not given.
+
+    Raises:
+        InvalidInput: If the text is no URDF, a joint has no Euclidean configuration (continuous, floating), a hand
+            names a frame or a joint that the URDF does not have, arms overlap or have fewer than three joints, there
+            are no collision bodies or one is a mesh, the SRDF is none, or `initial` has the wrong size.
+    """
+    try:
+        tree = ElementTree.fromstring(urdf)  # first, as Pinocchio prints what is wrong with XML
+        model = pin.buildModelFromXML(urdf)
+    except (ValueError, ElementTree.ParseError) as error:
+        raise InvalidInput("urdf", urdf, f"a URDF that Pinocchio reads ({error})") from error
+    # Not iter("joint"): a <transmission> has elements of that name too.
+    joints = {joint.attrib["name"]: joint for joint in tree.findall("joint")}
+    for name, joint in zip(list(model.names)[1:], list(model.joints)[1:], strict=True):
+        if (joint.nq, joint.nv) != (1, 1):
+            raise InvalidInput(f"joint {name}", joint.shortname(), "revolute with limits, or prismatic")
+    mimics = {name: mimic for name in list(model.names)[1:] if (mimic := joints[name].find("mimic")) is not None}
+    joint_names = tuple(name for name in list(model.names)[1:] if name not in mimics)
+    coupling, offset = _linear_coupling(model, joint_names, mimics)
+    collision_model = _collision_model(model, urdf)
+    _check_hands(model, joint_names, hands)
+
+    actuated = [model.joints[model.getJointId(name)].idx_q for name in joint_names]
+    lower, upper = model.lowerPositionLimit[actuated], model.upperPositionLimit[actuated]
+    start = (lower + upper) / 2 if initial is None else np.array(initial, float)
+    if start.shape != (len(joint_names),) or not np.isfinite(start).all():
+        raise InvalidInput("initial", initial, f"a finite number for each of the {len(joint_names)} actuated joints")
+    accelerations = [joints[name].find("limit") for name in joint_names]
+    return Robot(
+        name=model.name,
+        urdf=urdf,
+        model=model,
+        collision_model=collision_model,
+        coupling=frozen(coupling),
+        offset=frozen(offset),
+        joint_names=joint_names,
+        lower=frozen(lower),
+        upper=frozen(upper),
+        velocity_limit=frozen(model.velocityLimit[actuated]),
+        acceleration_limit=frozen(
+            [float(a.get(_ACCELERATION, "inf")) if a is not None else np.inf for a in accelerations]
+        ),
+        hands=tuple(hands),
+        initial=frozen(start),
+        self_collision_pairs=_self_collision_pairs(model, collision_model, srdf),
+    )
+
+
+def _linear_coupling(
+    model: pin.Model, joint_names: Sequence[str], mimics: Mapping[str, ElementTree.Element]
+) -> tuple[Array, Array]:
+    """Return S and s0 of q_full = S q + s0; a joint that mimics a mimic follows its leader's leaders."""
+    coupling, offset = np.zeros((model.nv, len(joint_names))), np.zeros(model.nq)
+
+    def row(name: str) -> tuple[Array, float]:
+        if name not in mimics:
+            return np.eye(len(joint_names))[joint_names.index(name)], 0.0
+        mimic = mimics[name]
+        leader, constant = row(mimic.attrib["joint"])
+        multiplier = float(mimic.get("multiplier", "1"))
+        return multiplier * leader, multiplier * constant + float(mimic.get("offset", "0"))
+
+    for joint_id, name in enumerate(list(model.names)[1:], start=1):
+        joint = model.joints[joint_id]
+        coupling[joint.idx_v], offset[joint.idx_q] = row(name)
+    return coupling, offset
+
+
+def _collision_model(model: pin.Model, urdf: str) -> pin.GeometryModel:
+    try:
+        collision_model = pin.buildGeomFromUrdfString(model, urdf, pin.GeometryType.COLLISION)
+    except ValueError as error:
+        raise InvalidInput("urdf", urdf, f"collision bodies that Pinocchio can load ({error})") from error
+    if not collision_model.ngeoms:
+        raise InvalidInput("urdf", MISSING, "at least one link with a collision body")
+    for body in collision_model.geometryObjects:
+        # coal sees only the surface of a mesh: a point wholly within one would count as free.
+        if not isinstance(body.geometry, coal.ShapeBase):
+            kind = type(body.geometry).__name__
+            raise InvalidInput(f"collision body {body.name}", kind, "a primitive shape, no mesh")
+    return collision_model
+
+
+def _self_collision_pairs(
+    model: pin.Model, collision_model: pin.GeometryModel, srdf: str | None
+) -> tuple[tuple[int, int], ...]:
+    """Return all pairs of collision bodies of different links but those an SRDF disables."""
+    try:
+        pairs = ElementTree.fromstring(srdf).findall("disable_collisions") if srdf else []
+        disabled = {frozenset((pair.attrib["link1"], pair.attrib["link2"])) for pair in pairs}
+    except (ElementTree.ParseError, KeyError) as error:
+        raise InvalidInput("srdf", srdf, f"SRDF whose disable_collisions have link1 and link2 ({error})") from error
+    for link in frozenset().union(*disabled):
+        if not model.existFrame(link):
+            raise InvalidInput("srdf.disable_collisions", link, "a link of the URDF")
+    links = [model.frames[body.parentFrame].name for body in collision_model.geometryObjects]
+    return tuple(
+        (i, j) for (i, a), (j, b) in combinations(enumerate(links), 2) if a != b and frozenset((a, b)) not in disabled
+    )
+
+
+def _check_hands(model: pin.Model, joint_names: Sequence[str], hands: Sequence[Hand]) -> None:
+    if not hands:
+        raise InvalidInput("hands", MISSING, "at least one hand")
+    arms = [joint for hand in hands for joint in hand.arm]
+    names = [hand.name for hand in hands]
+    if len(set(names)) < len(names):
+        raise InvalidInput("hands", names, "hands whose names differ")
+    for hand in hands:
+        if not model.existFrame(hand.frame):
+            raise InvalidInput(f"hands.{hand.name}.frame", hand.frame, "a frame of the URDF")
+        if len(hand.arm) < 3:
+            raise InvalidInput(f"hands.{hand.name}.arm", hand.arm, "three joints or more: with fewer, eq. 3.4 is 0")
+        for joint in hand.arm:
+            if joint not in joint_names:
+                raise InvalidInput(f"hands.{hand.name}.arm", joint, f"actuated joints: {', '.join(joint_names)}")
+            if arms.count(joint) > 1:
+                raise InvalidInput(f"hands.{hand.name}.arm", joint, "each joint in one arm, once")

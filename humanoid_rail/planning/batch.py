@@ -1,0 +1,167 @@
+"""Plans many scenes at once, on the cores of one machine or, through joblib's backends, of many."""
+
+from __future__ import annotations
+
+import inspect
+import os
+import pickle
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+from humanoid_rail.planning.engines import get_engine
+from humanoid_rail.errors import HumanoidRailError, InvalidInput
+from humanoid_rail.planning.shared_memory import Parcel, pack, shared_folder, unpack
+from humanoid_rail.planning.planner import plan
+from humanoid_rail.model.robot import Robot
+from humanoid_rail.scene.scene import Scene, is_of_a_scene
+from humanoid_rail.trajectory import Trajectory
+
+Outcome = Trajectory | Exception
+"""A trajectory, or the error that planning raised."""
+Task = list[int]
+"""Indices of the scenes that a worker is given at a time."""
+
+LARGEST_TASK = 24
+"""The most scenes that a worker process is given at a time."""
+TASKS_EACH = 8
+"""How many tasks each worker gets at least, so that none waits long for another at the end."""
+
+
+class WorkerDied(HumanoidRailError):
+    """The process that planned a scene ended without a result: killed, out of memory, or crashed."""
+
+
+def plan_many(
+    robot: Robot,
+    scenes: Iterable[Scene],
+    *,
+    n_jobs: int | None = -1,
+    progress: bool | None = None,
+    **arguments: Any,
+) -> list[Outcome]:
+    """Plan a motion for each scene, in parallel.
+
+    Workers are joblib's: processes that stay warm between calls, unless a ``joblib.parallel_config`` around the call
+    says otherwise (``backend="dask"``, ``"ray"``, ``"threading"``). While the native engine plans, the interpreter is
+    free for other threads.
+
+    Args:
+        robot: The robot.
+        scenes: Start, targets and obstacles of each motion.
+        n_jobs: Number of workers; -1 for as many as there are cores, None for what ``joblib.parallel_config`` says.
+        progress: Whether to show a progress bar on stderr; by default if that is a terminal.
+        **arguments: Arguments of :func:`plan`, the same for all scenes.
+
+    Returns:
+        For each scene, in order, its trajectory or the exception that planning it raised. One failing scene never
+        takes others down, with joblib's own processes not even by killing the one it is planned in.
+
+    Raises:
+        InvalidInput: If the robot is none, an element of the scenes is none, `n_jobs` is not valid, or an argument of
+            :func:`plan` is not, whatever the scene.
+        TypeError: If :func:`plan` has no such argument.
+    """
+    # Imported where they are used: they take longer than all of this package.
+    from joblib import effective_n_jobs
+
+    from humanoid_rail.cli.console import progress_bar
+
+    inspect.signature(plan).bind(robot, None, **arguments)
+    if isinstance(n_jobs, bool) or not isinstance(n_jobs, int | None) or n_jobs == 0:
+        raise InvalidInput("n_jobs", n_jobs, "a number of workers, -1 for all cores, or None")
+    # Warns here, once, rather than in every worker.
+    arguments["engine"] = get_engine(arguments.get("engine", "native")).name
+    if not isinstance(robot, Robot):
+        raise InvalidInput("robot", robot, "a Robot")
+    if isinstance(scenes, Scene | str) or not isinstance(scenes, Iterable):
+        raise InvalidInput("scenes", scenes, "a list of scenes")
+    scenes = list(scenes)
+    for i, scene in enumerate(scenes):
+        if not isinstance(scene, Scene):
+            raise InvalidInput(f"scenes[{i}]", scene, "a Scene")
+    workers = max(1, effective_n_jobs(n_jobs))
+    size = min(LARGEST_TASK, max(1, len(scenes) // (workers * TASKS_EACH)))
+    tasks = [list(range(i, min(i + size, len(scenes)))) for i in range(0, len(scenes), size)]
+    outcomes: dict[int, Outcome] = {}
+    with shared_folder() as folder, progress_bar("planning", len(scenes), progress) as advance:
+        job = _Job(pickle.dumps(robot), arguments, os.getpid(), folder)
+        for indices, results in _run(job, scenes, tasks, n_jobs):
+            outcomes |= zip(indices, results, strict=True)
+            advance(len(indices))
+    for outcome in outcomes.values():
+        if isinstance(outcome, InvalidInput) and not is_of_a_scene(outcome):
+            raise outcome
+    return [outcomes[i] for i in range(len(scenes))]
+
+
+@dataclass(frozen=True)
+class _Job:
+    """What all tasks have in common."""
+
+    robot: bytes
+    """The robot, pickled."""
+    arguments: dict[str, Any]
+    """Of :func:`plan`."""
+    process: int
+    """The process that wants the results."""
+    folder: str
+    """Where other processes of the same machine may leave them."""
+
+
+def _run(
+    job: _Job, scenes: Sequence[Scene], tasks: list[Task], n_jobs: int | None
+) -> Iterator[tuple[Task, list[Outcome]]]:
+    """Yield tasks with their outcomes as they come. Where a worker dies, halves of what is left are tried again."""
+    from joblib import Parallel, delayed
+    from joblib.externals.loky.process_executor import BrokenProcessPool
+    from joblib.parallel import get_active_backend
+
+    left = {task[0]: task for task in tasks}
+    try:
+        # Some backends, Ray's among them, have no results to show before the last.
+        lazy = get_active_backend()[0].supports_return_generator
+        return_as = "generator_unordered" if lazy else "list"
+        parallel = Parallel(n_jobs=n_jobs, return_as=return_as, batch_size=1, pre_dispatch="4*n_jobs")
+        for task, outcomes in parallel(delayed(_plan_task)(job, task, [scenes[i] for i in task]) for task in tasks):
+            del left[task[0]]
+            yield task, unpack(outcomes) if isinstance(outcomes, Parcel) else outcomes
+    except BrokenProcessPool as error:
+        unfinished = list(left.values())
+        if len(unfinished) == 1:
+            (task,) = unfinished
+            if len(task) == 1:
+                yield task, [WorkerDied(f"scene {scenes[task[0]].name!r}: {error}")]
+                return
+            unfinished = [[i] for i in task]
+        middle = len(unfinished) // 2
+        for half in (unfinished[:middle], unfinished[middle:]):
+            yield from _run(job, scenes, half, n_jobs)
+
+
+def _plan_task(job: _Job, task: Task, scenes: list[Scene]) -> tuple[Task, list[Outcome] | Parcel]:
+    outcomes = [_plan_one(_robot(job.robot), scene, job.arguments) for scene in scenes]
+    return task, outcomes if os.getpid() == job.process else pack(outcomes, job.folder)
+
+
+@lru_cache(maxsize=4)
+def _robot(pickled: bytes) -> Robot:
+    """Return the robot that a worker makes once and keeps, with what the engine makes of it."""
+    robot: Robot = pickle.loads(pickled)
+    return robot
+
+
+def _plan_one(robot: Robot, scene: Scene, arguments: dict[str, Any]) -> Outcome:
+    try:
+        return plan(robot, scene, **arguments)
+    except Exception as error:  # whatever it is, it is this scene's result
+        return _that_pickles(error)
+
+
+def _that_pickles(error: Exception) -> Exception:
+    try:
+        pickle.loads(pickle.dumps(error))
+    except Exception:  # neither does what an exception carries have to pickle
+        return HumanoidRailError(f"{type(error).__name__}: {error}")
+    return error

@@ -1,0 +1,109 @@
+"""Proves a motion free of contact, or finds the first one.
+
+How is in `certification.py` and `sweep.py`.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+from humanoid_rail._arrays import Array
+from humanoid_rail.collision.certificate import Certificate
+from humanoid_rail.planning.engines import get_engine
+from humanoid_rail.errors import InvalidInput, check_kind
+from humanoid_rail.kinematics.kinematics import Kinematics
+from humanoid_rail.scene.obstacles import FARTHEST
+from humanoid_rail.model.robot import Robot, check_joint_names
+from humanoid_rail.scene.scene import Scene
+from humanoid_rail.retiming.bspline import certify_spline
+from humanoid_rail.trajectory import Trajectory
+
+SAME_PLACE = 1e-6
+"""So near to each other two computed places are the same, m."""
+
+
+class SampledMotion(Protocol):
+    """Anything with times and configurations: a :class:`humanoid_rail.Trajectory`, or what another tool made."""
+
+    @property
+    def t(self) -> Array:
+        """Times (N,), ever later, s."""
+        ...
+
+    @property
+    def q(self) -> Array:
+        """Configurations (N, n), m and rad."""
+        ...
+
+
+def verify(robot: Robot, scene: Scene, trajectory: SampledMotion, *, engine: str = "native") -> Certificate:
+    """Prove that a motion touches no obstacle and that no links touch each other, between its samples neither.
+
+    The motion is linear in q between its samples, whatever made it, or the cubic spline through positions and
+    velocities if it has a :class:`humanoid_rail.Timing`. Nothing else of the trajectory is believed. Neither are limits
+    looked at, nor what comes after the last sample; see docs/safety.md.
+
+    Args:
+        robot: The robot.
+        scene: The scene with the obstacles; those that move start at t = 0.
+        trajectory: Times and configurations, from :func:`plan`, :func:`read_trajectory` or anywhere else.
+        engine: What computes it, `native` or `python`; see :func:`plan`.
+
+    Returns:
+        The certificate. Where there is contact it says where the first one is, and the bound is negative.
+
+    Raises:
+        InvalidInput: If the trajectory is for another robot, or its times or configurations are not valid.
+    """
+    check_kind("robot", robot, Robot)
+    check_kind("scene", scene, Scene)
+    try:
+        t, q = np.array(trajectory.t, float), np.array(trajectory.q, float)
+    except (AttributeError, TypeError, ValueError) as error:
+        valid = f"something with times t (N,) and configurations q (N, n), such as a Trajectory ({error})"
+        raise InvalidInput("trajectory", trajectory, valid) from error
+    check_joint_names(robot, getattr(trajectory, "joint_names", None) or robot.joint_names)
+    if q.ndim != 2 or q.shape[1] != robot.n or not len(q):
+        raise InvalidInput("trajectory.q", q.shape, f"an array of shape (N, {robot.n}), N not less than 1")
+    if t.shape != (len(q),):
+        raise InvalidInput("trajectory.t", t.shape, f"an array of shape ({len(q)},), a time for each configuration")
+    timing = getattr(trajectory, "timing", None)
+    try:
+        velocity = None if timing is None else np.array(timing.velocity, float)
+    except (AttributeError, TypeError, ValueError) as error:
+        valid = f"something with velocities (N, n), such as a Timing, or None ({error})"
+        raise InvalidInput("trajectory.timing", timing, valid) from error
+    if velocity is not None and velocity.shape != q.shape:
+        raise InvalidInput("trajectory.timing.velocity", velocity.shape, f"an array of the shape of q, {q.shape}")
+    for name, values in (("t", t), ("q", q), *([("timing.velocity", velocity)] if velocity is not None else [])):
+        size = abs(values)
+        if not size.max() <= FARTHEST:  # nor if one is no number
+            valid = f"finite numbers, at most {FARTHEST:g} in size: beyond that double precision tells little"
+            raise InvalidInput(f"trajectory.{name}", float(values[~(size <= FARTHEST)][0]), valid)
+    if (t[1:] <= t[:-1]).any():
+        k = int(np.flatnonzero(t[1:] <= t[:-1])[0]) + 1
+        raise InvalidInput(f"trajectory.t[{k}]", float(t[k]), f"a time after {t[k - 1]:g}, that of the sample before")
+    certify = get_engine(engine).certify
+    if velocity is None:
+        return certify(robot, scene.obstacles, t, q)
+    return certify_spline(robot, scene.obstacles, t, q, velocity, certify)
+
+
+def check_robot(robot: Robot, trajectory: Trajectory) -> None:
+    """Check that a trajectory is one of a robot: by its joints, its hands, and where these start.
+
+    Raises:
+        InvalidInput: If it is not.
+    """
+    check_kind("trajectory", trajectory, Trajectory)
+    check_kind("robot", robot, Robot)
+    check_joint_names(robot, trajectory.joint_names)
+    if trajectory.hand_names != robot.hand_names:
+        valid = f"those of the robot: {', '.join(robot.hand_names)}"
+        raise InvalidInput("trajectory.hand_names", trajectory.hand_names, valid)
+    there = Kinematics(robot).hand_positions(trajectory.q[0])
+    if not np.allclose(trajectory.hands[0], there, rtol=0.0, atol=SAME_PLACE):
+        valid = f"where this robot has its hands then, {there.tolist()}: the robot that the motion was planned for"
+        raise InvalidInput("trajectory.hands[0]", trajectory.hands[0].tolist(), valid)

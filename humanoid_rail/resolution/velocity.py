@@ -1,0 +1,207 @@
+"""Redundancy resolution at the velocity level: eq. 4.6 to 4.9.
+
+This is the reference; `native.py` has the same in C++.
+
+Two misprints of the paper are corrected: J# is J^T (J J^T)^-1, and the null-space projector is I - J# J.
+Shapes: n actuated joints, h hands, L links, O obstacles.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from humanoid_rail._arrays import Array
+from humanoid_rail.errors import InvalidInput, checked_number
+from humanoid_rail.kinematics.kinematics import State
+
+SINGULAR_VALUE = 0.1
+"""Smallest singular value of J below which the pseudo-inverse is damped; above it eq. 4.9 is exact."""
+MAX_DAMPING = SINGULAR_VALUE / 2**0.5
+"""Damping at a singularity; it bounds the norm of J# by 1 / SINGULAR_VALUE."""
+
+Objective = Callable[[State], ArrayLike]
+"""A secondary objective: from a state to a velocity (n,), m/s and rad/s, mostly the gradient of what is to grow."""
+
+LARGEST = 1e4
+"""The largest gain or activation distance: beyond it nothing but rounding is left of a motion."""
+
+
+@dataclass(frozen=True)
+class Gains:
+    """Parameters of eq. 4.9.
+
+    Raises:
+        InvalidInput: If one of them is not valid.
+    """
+
+    gain: float | Sequence[float] | Array = 1.0
+    """K in 1/s: its diagonal, one number for each coordinate of the hands, or one for all. Kept as a tuple."""
+    c_mu: float = 1.0
+    """Gain of the manipulability's gradient, 0 or more."""
+    c_kappa: float = 1.0
+    """Gain of the penalties' gradient, 0 or more."""
+    epsilon: float = 1.0
+    """Activation distance of the penalty kappa in m, 0 or more. The paper does not give it."""
+    objectives: Sequence[Objective] = ()
+    """Further secondary objectives, whose velocities eq. 4.8 adds; of the Python engine only. Kept as a tuple."""
+
+    def __post_init__(self) -> None:
+        gains = np.ravel(np.asarray(self.gain, dtype=object))
+        if not gains.size:
+            raise InvalidInput("gain", self.gain, "a number greater than 0, or one for each coordinate of the hands")
+        diagonal = tuple(checked_number("gain", gain, above=0.0, most=LARGEST) for gain in gains)
+        object.__setattr__(self, "gain", diagonal)
+        for name in ("c_mu", "c_kappa", "epsilon"):
+            object.__setattr__(self, name, checked_number(name, getattr(self, name), least=0.0, most=LARGEST))
+        if isinstance(self.objectives, str) or not isinstance(self.objectives, Sequence):
+            raise InvalidInput("objectives", self.objectives, "a sequence of functions from a State to a velocity (n,)")
+        for i, objective in enumerate(self.objectives):
+            if not callable(objective):
+                raise InvalidInput(f"objectives[{i}]", objective, "a function from a State to a velocity (n,)")
+        object.__setattr__(self, "objectives", tuple(self.objectives))
+
+    @property
+    def objective_names(self) -> tuple[str, ...]:
+        """The names of the further secondary objectives; of what has none, that of its class."""
+        return tuple(getattr(objective, "__name__", type(objective).__name__) for objective in self.objectives)
+
+    def diagonal(self, size: int) -> Array:
+        """Return the diagonal of K (size,).
+
+        Raises:
+            InvalidInput: If it was given with another size.
+        """
+        diagonal = np.ravel(np.asarray(self.gain, float))
+        if diagonal.size not in (1, size):
+            raise InvalidInput("gain", self.gain, f"1 or {size} numbers greater than 0")
+        return np.broadcast_to(diagonal, (size,)).copy()
+
+
+def task_error(state: State, targets: ArrayLike) -> Array:
+    """Return e = f(q) - x_f (3h,) of eq. 4.1 in m, for targets x_f (h, 3)."""
+    error: Array = (state.hands - np.asarray(targets, float)).ravel()
+    return error
+
+
+def damping(smallest_singular_value: float) -> float:
+    """Return the damping lambda: 0 except next to a singularity (the cases of the paper stay above 0.3).
+
+    lambda^2 = lambda_max^2 (1 - (sigma_min / sigma_0)^2) below sigma_0, as Nakamura and Hanafusa (1986) vary it for the
+    damped least squares of Wampler (1986).
+    """
+    ratio = smallest_singular_value / SINGULAR_VALUE
+    return MAX_DAMPING * float(np.sqrt(1.0 - ratio**2)) if ratio < 1.0 else 0.0
+
+
+def lost_direction(J: ArrayLike) -> Array | None:
+    """Return the unit vector (3h,) along which the hands can all but not move: None away from singularities.
+
+    Lost means that damping leaves less than 1/1000 of the velocity that is asked for along it.
+    """
+    U, sigma, _ = np.linalg.svd(np.asarray(J, float), full_matrices=False)
+    share = sigma[-1] ** 2 / (sigma[-1] ** 2 + damping(sigma[-1]) ** 2)
+    lost: Array | None = U[:, -1] if share < 1e-3 else None
+    return lost
+
+
+def pseudoinverse(J: ArrayLike) -> Array:
+    """Return J# = J^T (J J^T + lambda^2 I)^-1 (n, 3h), with lambda = 0 except next to a singularity.
+
+    Computed from J = U diag(sigma) V^T as V diag(sigma / (sigma^2 + lambda^2)) U^T, which keeps full precision where
+    J J^T would lose half of it.
+    """
+    U, sigma, Vt = np.linalg.svd(np.asarray(J, float), full_matrices=False)
+    inverse = sigma / (sigma**2 + damping(sigma[-1]) ** 2)
+    result: Array = (Vt.T * inverse) @ U.T
+    return result
+
+
+def null_space_projector(J: ArrayLike) -> Array:
+    """Return I - J# J (n, n), the orthogonal projector on the null space of J.
+
+    Here J# is never damped, so that J (I - J# J) = 0 also next to a singularity: I - V V^T with the right singular
+    vectors V of J's range.
+    """
+    _, sigma, Vt = np.linalg.svd(np.asarray(J, float), full_matrices=False)
+    V = Vt[sigma > 1e-12 * sigma[0]].T
+    projector: Array = np.eye(V.shape[0]) - V @ V.T
+    return projector
+
+
+def primary_velocity(J: ArrayLike, K: ArrayLike, e: ArrayLike) -> Array:
+    """Return q_dot = -J# K e (n,), eq. 4.6.
+
+    Args:
+        J: Jacobian (3h, n).
+        K: Diagonal of the gain matrix (3h,), 1/s.
+        e: Error of the hands (3h,), m.
+    """
+    velocity: Array = -pseudoinverse(J) @ (np.asarray(K) * np.asarray(e))
+    return velocity
+
+
+def redundant_velocity(primary: ArrayLike, J: ArrayLike, secondary: ArrayLike) -> Array:
+    """Return q_dot = q_dot* + (I - J# J) q_dot_0 (n,), eq. 4.7.
+
+    Args:
+        primary: q_dot* (n,), a solution of the primary task.
+        J: Jacobian (3h, n).
+        secondary: q_dot_0 (n,), any velocity.
+    """
+    velocity: Array = np.asarray(primary) + null_space_projector(J) @ np.asarray(secondary)
+    return velocity
+
+
+def penalty(psi: ArrayLike, epsilon: float) -> Array:
+    """Return kappa(psi) = (psi - epsilon)^2 where psi <= epsilon, else 0, in m^2."""
+    kappa: Array = np.square(np.minimum(np.asarray(psi, float) - epsilon, 0.0))
+    return kappa
+
+
+def penalty_derivative(psi: ArrayLike, epsilon: float) -> Array:
+    """Return d kappa / d psi = 2 (psi - epsilon) where psi <= epsilon, else 0, in m."""
+    derivative: Array = 2.0 * np.minimum(np.asarray(psi, float) - epsilon, 0.0)
+    return derivative
+
+
+def secondary_velocity(state: State, gains: Gains) -> Array:
+    """Return q_dot_0 = c_mu (d mu/dq)^T - c_kappa sum_i (d kappa(psi_i)/dq)^T (n,), eq. 4.8, and further objectives.
+
+    The sum runs over every pair of a link and an obstacle. To it the velocities of `gains.objectives` are added.
+
+    Raises:
+        InvalidInput: If one of these is not n finite numbers.
+    """
+    slope = penalty_derivative(state.clearance, gains.epsilon)
+    penalty_gradient = np.einsum("lo,lon->n", slope, state.clearance_gradient)
+    velocity: Array = gains.c_mu * state.manipulability_gradient - gains.c_kappa * penalty_gradient
+    for i, objective in enumerate(gains.objectives):
+        velocity = velocity + _checked_velocity(objective(state), state, f"objectives[{i}]", gains.objective_names[i])
+    return velocity
+
+
+def _checked_velocity(value: ArrayLike, state: State, field: str, name: str) -> Array:
+    try:
+        velocity: Array = np.asarray(value).astype(float, casting="same_kind")
+    except (TypeError, ValueError):  # no numbers, complex ones, or rows of different lengths
+        velocity = np.empty(0)
+    if velocity.shape != state.q.shape or not np.isfinite(velocity).all():
+        raise InvalidInput(f"{field}(state)", value, f"an array of {state.q.size} finite numbers from {name}")
+    return velocity
+
+
+def gradient_projection(state: State, targets: ArrayLike, gains: Gains) -> Array:
+    """Return q_dot (n,) of eq. 4.9, m/s and rad/s.
+
+    Args:
+        state: The robot among its obstacles at q.
+        targets: x_f (h, 3), m.
+        gains: K, c_mu, c_kappa and the activation distance.
+    """
+    e = task_error(state, targets)
+    primary = primary_velocity(state.jacobian, gains.diagonal(e.size), e)
+    return redundant_velocity(primary, state.jacobian, secondary_velocity(state, gains))

@@ -1,0 +1,172 @@
+"""Scenes: where a motion starts, what it has to reach and what is in the way; the file format and its checks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import BeforeValidator, Field, ValidationError
+from ruamel.yaml import YAML
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+
+from humanoid_rail._arrays import Array
+from humanoid_rail.errors import MISSING, InvalidInput
+from humanoid_rail.scene.obstacles import Number, Obstacle, plain
+from humanoid_rail.model.robot import Robot
+from humanoid_rail.scene.targets import Step, Targets, position
+from humanoid_rail.scene.validation import Frozen, invalid_input
+
+
+class Scene(Frozen):
+    """A planning problem. Metres and radians, in the base frame.
+
+    Raises:
+        InvalidInput: If a field is not valid.
+    """
+
+    name: Annotated[str, Field(min_length=1, max_length=200)]
+    """What the scene is called; in a file it may be missing, and is the file's."""
+    initial: Annotated[tuple[Number, ...], BeforeValidator(plain)] | None = None
+    """Configuration (n,) at the start, one number for each actuated joint; the robot's own if not given."""
+    targets: Targets
+    """What each hand has to reach, by the hand's name: a point [x, y, z], a :class:`Pose`, or None for a hand that may
+    stay wherever is convenient. Or a list of these, to be reached one after the other."""
+    obstacles: Annotated[tuple[Obstacle, ...], BeforeValidator(plain)] = ()
+    """What the links have to keep clear of."""
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """The targets, as those of one step after the other."""
+        return self.targets if isinstance(self.targets, tuple) else (self.targets,)
+
+
+def load_scene(path: str | Path) -> Scene:
+    """Return the scene in a YAML (or JSON, which is YAML) file.
+
+    Raises:
+        InvalidInput: If the file is missing, is not YAML or is not a scene; the error names the field.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise InvalidInput("scene", str(path), "an existing file") from None
+    except (OSError, ValueError) as error:
+        raise InvalidInput("scene", str(path), f"a readable UTF-8 text file ({error})") from None
+    data = _parse(text, str(path))
+    if isinstance(data, dict):
+        data.setdefault("name", path.stem or "scene")
+    return make_scene(data, folder=path.parent, source=str(path))
+
+
+def make_scene(data: object, folder: str | Path | None = None, source: str | None = None) -> Scene:
+    """Return a scene from plain data, as a scene file holds it.
+
+    Args:
+        data: Mapping with the keys of :class:`Scene`.
+        folder: Folder that mesh files are relative to; the working directory if not given.
+        source: Name for error messages.
+
+    Raises:
+        InvalidInput: If the data are not a scene; the error names the first field that is not valid.
+    """
+    if not isinstance(data, Mapping):
+        raise InvalidInput("scene", data, f"a mapping with the keys {', '.join(Scene.model_fields)}", source)
+    try:
+        return Scene.model_validate(dict(data), context={"folder": Path(folder) if folder else Path.cwd()})
+    except ValidationError as error:
+        raise invalid_input(error, source) from None
+
+
+def check_scene(robot: Robot, scene: Scene) -> None:
+    """Check that a scene is one for this robot: targets for its hands, a start of the right size within the limits.
+
+    Raises:
+        InvalidInput: If it is not.
+    """
+    for number, step in enumerate(scene.steps):
+        where = field_of_step(scene, number)
+        for hand, target in step.items():
+            if hand not in robot.hand_names:
+                valid = f"no such hand; the targets are for {_list(robot.hand_names)}"
+                raise InvalidInput(f"{where}.{hand}", target, valid)
+            point = (0.0, 0.0, 0.0) if target is None else position(target)
+            if len(point) != 3 or not all(math.isfinite(x) for x in point):
+                raise InvalidInput(f"{where}.{hand}", target, "three finite numbers")
+        for hand in robot.hand_names:
+            if hand not in step:
+                valid = f"a target [x, y, z] for each of {_list(robot.hand_names)}, null for a hand that has none"
+                raise InvalidInput(f"{where}.{hand}", MISSING, valid)
+        if all(target is None for target in step.values()):
+            raise InvalidInput(where, step, "a target for one hand at least")
+    initial = tuple(robot.initial.tolist()) if scene.initial is None else scene.initial
+    if len(initial) != robot.n:
+        valid = f"{robot.n} numbers, for {_list(robot.joint_names)}; there are {len(initial)}"
+        raise InvalidInput("initial", list(initial), valid)
+    for i, value in enumerate(initial):
+        if not robot.lower[i] <= value <= robot.upper[i]:
+            valid = f"a position within the limits {robot.lower[i]:.6g} to {robot.upper[i]:.6g}"
+            raise InvalidInput(f"initial[{i}] ({robot.joint_names[i]})", value, valid)
+
+
+def field_of_step(scene: Scene, number: int) -> str:
+    """Return the path of a step in its scene, as errors name it."""
+    return f"targets[{number}]" if isinstance(scene.targets, tuple) else "targets"
+
+
+def target_points(robot: Robot, scene: Scene) -> Array:
+    """Return the targets x_f (h, 3) in m of a scene that has one point for each hand.
+
+    Raises:
+        InvalidInput: If the scene asks for something else; not every method knows what to do then.
+    """
+    (step, *others) = scene.steps
+    points = [step.get(name) for name in robot.hand_names]
+    if others or not all(isinstance(point, tuple) for point in points):
+        raise InvalidInput("targets", scene.targets, "one point [x, y, z] for each hand, for this method")
+    return np.array(points, float)
+
+
+def is_of_a_scene(error: InvalidInput) -> bool:
+    """Return whether an error is about a field of a scene, and not about another argument."""
+    return error.field.split(".")[0].split("[")[0] in Scene.model_fields
+
+
+def scene_schema(robot: Robot) -> dict[str, Any]:
+    """Return the JSON Schema of scene files for a robot, which editors use for completion and checks."""
+    schema = Scene.model_json_schema()
+    schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
+    schema["required"].remove("name")
+    once, steps = schema["properties"]["targets"]["oneOf"]
+    target = once.pop("additionalProperties")
+    once |= {
+        "properties": dict.fromkeys(robot.hand_names, target),
+        "required": list(robot.hand_names),
+        "additionalProperties": False,
+    }
+    steps["items"] = once
+    start = schema["properties"]["initial"]["anyOf"][0]
+    start |= {"minItems": robot.n, "maxItems": robot.n}
+    return schema
+
+
+def _parse(text: str, source: str) -> object:
+    # The pure loader is the one that reads YAML 1.2, in which 1e-3 is a number and JSON is YAML.
+    try:
+        return YAML(typ="safe", pure=True).load(text)
+    except MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        line = text.splitlines()[mark.line] if mark and mark.line < len(text.splitlines()) else text
+        where = f"{source}:{mark.line + 1}:{mark.column + 1}" if mark else source
+        raise InvalidInput("scene", line, f"YAML: {error.problem or error.context}", where) from None
+    except RecursionError:
+        raise InvalidInput("scene", text, "YAML that is not nested so deeply", source) from None
+    except (YAMLError, ValueError, TypeError, AttributeError, LookupError, AssertionError) as error:
+        raise InvalidInput("scene", text, f"YAML: {error}", source) from None
+
+
+def _list(names: tuple[str, ...]) -> str:
+    return ", ".join(names)

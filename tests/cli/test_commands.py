@@ -1,0 +1,330 @@
+"""The console command `humanoid-rail`, run as a user runs it."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import tomllib
+from importlib import import_module
+from pathlib import Path
+
+import click
+import numpy as np
+import pytest
+from conftest import ROOT
+
+from humanoid_rail import (
+    InvalidInput,
+    Mesh,
+    Robot,
+    Scene,
+    build_urdf,
+    load_robot,
+    load_scene,
+    plan,
+    plan_case,
+    verify,
+    write_trajectory,
+)
+from humanoid_rail.cli.console import run
+from humanoid_rail.cli import COMMANDS, commands
+from humanoid_rail.io.plan_folder import Plan, read_plan, write_plan
+
+CSV_COLUMNS = 1 + 12 + 6
+HEAVY = {"meshcat", "matplotlib", "trimesh", "pink", "mujoco", "toppra", "ruckig", "scipy.signal"}
+
+
+def started(*arguments: object, cwd: Path) -> subprocess.Popen[str]:
+    environment = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    return subprocess.Popen(
+        [sys.executable, "-m", "humanoid_rail", *map(str, arguments)],
+        cwd=cwd,
+        env={**environment, "PYTHONUNBUFFERED": "1"},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+class Ran:
+    """What came of a command that ran in this process."""
+
+    def __init__(self, capfd: pytest.CaptureFixture[str], *arguments: object) -> None:
+        with pytest.raises(SystemExit) as caught:
+            run(commands, [str(argument) for argument in arguments])
+        self.code = caught.value.code
+        self.out, self.err = capfd.readouterr()
+
+
+def assert_bad_input(ran: Ran, said: str) -> None:
+    assert (ran.code, ran.out, ran.err.count("\n")) == (2, "", 1), ran.err
+    assert ran.err.startswith("error: ")
+    assert said in ran.err
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A plan that the command made of a robot that is not the default one."""
+    cwd = tmp_path_factory.mktemp("plans")
+    options = ["--case", 3, "--dt", 0.05, "--link-radius", 0.02, "--out", "kept"]
+    process = started("plan", *options, cwd=cwd)
+    out, errors = process.communicate(timeout=120)
+    assert (process.returncode, errors) == (0, ""), errors
+    assert "humanoid-rail play kept" in out
+    return cwd / "kept"
+
+
+@pytest.fixture(scope="module")
+def colliding(tmp_path_factory: pytest.TempPathFactory, robot: Robot, scene: Scene) -> Path:
+    """Case 1 of the paper, which runs through both spheres."""
+    folder = tmp_path_factory.mktemp("plans") / "colliding"
+    trajectory = plan_case(robot, 1, dt=0.05)
+    assert not trajectory.certified
+    write_plan(Plan(robot, scene, trajectory), folder)
+    return folder
+
+
+def test_the_help_lists_every_command_and_loads_nothing_heavy(tmp_path: Path) -> None:
+    code = f"""
+import sys
+from humanoid_rail.cli import main
+sys.argv = ["humanoid-rail", "--help"]
+try:
+    main()
+finally:
+    print(sorted({HEAVY!r} & set(sys.modules)))
+"""
+    result = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)
+    *text, heavy = result.stdout.splitlines()
+    assert heavy == "[]"
+    listed = re.findall(r"^  (\w+)  +\S.*\.$", "\n".join(text).partition("Commands:")[2], re.MULTILINE)
+    assert listed == ["plan", "play", "verify", "export", "urdf", "evaluate", "benchmark"] == list(COMMANDS)
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_the_help_of_a_command_says_what_it_does_gives_examples_and_explains_every_option(name: str) -> None:
+    command = commands.get_command(click.Context(commands), name)
+    context = click.Context(command, info_name=name, max_content_width=120)
+    text = command.get_help(context)
+    assert len(command.help.splitlines()[0]) > 20
+    assert f"  humanoid-rail {name} " in text.partition("Examples:")[2]
+    for parameter in command.get_params(context):
+        if isinstance(parameter, click.Option):
+            assert len(parameter.help) > 10, parameter.name
+            assert len(re.findall(rf"^  .*{parameter.opts[0]}\b", text, re.MULTILINE)) >= 1, parameter.name
+            assert " ".join(text.split()).count(" ".join(parameter.help.split())) == 1, parameter.name
+    assert max(len(line) for line in text.splitlines()) <= 120
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_the_examples_of_the_help_are_commands(name: str) -> None:
+    command = commands.get_command(click.Context(commands), name)
+    for line in command.examples:
+        program, called, *arguments = re.findall(r"'([^']*)'|(\S+)", line)
+        assert (program[1], called[1]) == ("humanoid-rail", name)
+        command.make_context(name, [quoted or plain for quoted, plain in arguments])  # parses, and runs nothing
+
+
+def test_without_a_command_there_is_help(capfd: pytest.CaptureFixture[str]) -> None:
+    ran = Ran(capfd)
+    assert (ran.code, ran.err) == (0, "")
+    assert ran.out == Ran(capfd, "--help").out
+    assert Ran(capfd, "--version").out.startswith("humanoid_rail 0.")
+
+
+def test_the_console_command_is_the_module(tmp_path: Path) -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    module, _, name = project["scripts"]["humanoid-rail"].partition(":")
+    from humanoid_rail import commands as package
+
+    assert getattr(import_module(module), name) is package.main
+
+
+def test_bad_input_is_one_line_and_exit_2(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    for arguments, said in (
+        (["dance"], "command is 'dance'; valid: one of plan, play, verify, export, urdf, evaluate, benchmark"),
+        (["--nonsense"], "--nonsense"),
+        (["plan", "--method", "magic"], "method is 'magic'"),
+        (["play"], "FOLDER"),
+        (["play", tmp_path], "trajectory is "),
+        (["verify", tmp_path / "none"], "trajectory is "),
+        (["evaluate", tmp_path], "scenes is missing"),
+        (["benchmark", "--plans", "0"], "plans is 0"),
+    ):
+        assert_bad_input(Ran(capfd, *arguments), said)
+
+
+def test_a_plan_is_read_back_with_its_robot_and_its_scene(folder: Path, scene: Scene) -> None:
+    found = read_plan(folder)
+    assert found.scene == scene
+    assert found.robot.urdf == build_urdf(link_radius=0.02)
+    expected = load_robot(link_radius=0.02)
+    assert found.robot.hands == expected.hands
+    assert found.robot.self_collision_pairs == expected.self_collision_pairs
+    np.testing.assert_array_equal(found.robot.initial, expected.initial)
+    assert found.trajectory.certificate == verify(expected, scene, found.trajectory)
+
+
+def test_a_scene_with_a_mesh_is_read_back_from_elsewhere(
+    robot: Robot, cube_file: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(Path(cube_file).parent)
+    mesh = Mesh(file=Path(cube_file).name, center=(-6.0, 3.0, 3.0), rpy=(0.1, 1e-7, -0.3), scale=(1.0, 0.5, 2.0))
+    text = "name: '\\u00e9\\u2028 \\U0001F916'\ntargets: {left: [0.12, -2.23, 3.2], right: [0.12, 2.23, 3.2]}\n"
+    (tmp_path / "scene.yaml").write_text(text.replace("'", '"'), encoding="utf-8")
+    scene = load_scene(tmp_path / "scene.yaml").model_copy(update={"obstacles": (mesh,)})
+    write_plan(Plan(robot, scene, plan(robot, scene, dt=0.1)), tmp_path / "out")
+    monkeypatch.chdir(tmp_path)
+    found = read_plan("out")
+    assert found.scene.name == scene.name == "é\u2028 \U0001f916"
+    assert found.scene.targets == scene.targets
+    (again,) = found.scene.obstacles
+    assert (again.center, again.rpy, again.scale) == (mesh.center, mesh.rpy, mesh.scale)
+    assert Path(again.file).resolve() == (tmp_path / "out" / "mesh-0.stl").resolve()
+    assert Path(again.file).read_bytes() == Path(cube_file).read_bytes()
+    for piece, other in zip(again.pieces, mesh.pieces, strict=True):
+        np.testing.assert_array_equal(piece, other)
+
+
+def test_verify_proves_what_is_free_and_finds_the_contact_in_what_is_not(
+    folder: Path, colliding: Path, robot: Robot, scene: Scene, capfd: pytest.CaptureFixture[str]
+) -> None:
+    ran = Ran(capfd, "verify", folder)
+    assert (ran.code, ran.err) == (0, "")
+    assert "│ yes: no clearance below" in ran.out
+    ran = Ran(capfd, "verify", colliding, "--engine", "python")
+    assert ran.code == 1
+    contact = verify(robot, scene, read_plan(colliding).trajectory, engine="python").contact
+    assert f"NO: {contact.link} touches {contact.other} at" in " ".join(ran.out.split())
+
+
+def test_verify_believes_no_summary(colliding: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    for path in colliding.iterdir():
+        (tmp_path / path.name).write_bytes(path.read_bytes())
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    (tmp_path / "summary.json").write_text(json.dumps(summary | {"certified": True, "contact": None}))
+    assert Ran(capfd, "verify", tmp_path).code == 1
+
+
+def test_another_scene_and_another_robot_can_be_given(
+    folder: Path, scene: Scene, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    robot_file = tmp_path / "robot.urdf"
+    assert Ran(capfd, "urdf", "link_radius=0.45", "-o", robot_file).code == 0
+    assert Ran(capfd, "verify", folder, "--robot", robot_file).code == 1
+    between = {"type": "sphere", "center": [-1.0, 0.0, 3.0], "radius": 1.0}
+    scene_file = tmp_path / "scene.json"
+    scene_file.write_text(json.dumps({"name": "full", "targets": scene.targets, "obstacles": [between]}))
+    ran = Ran(capfd, "verify", folder, "--scene", scene_file)
+    assert (ran.code, ran.out.split()[0]) == (1, "full")
+    scene_file.write_text(json.dumps({"name": "x", "targets": {"left": [0, 0, 3]}}))
+    assert_bad_input(Ran(capfd, "verify", folder, "--scene", scene_file), f"{scene_file}: targets.right is missing")
+    robot_file.write_text(build_urdf().replace('"rail"', '"track"'))
+    assert_bad_input(Ran(capfd, "verify", folder, "--robot", robot_file), f"{robot_file}: ")
+
+
+def test_what_is_missing_from_a_folder_is_named(
+    folder: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    write_trajectory(read_plan(folder).trajectory, tmp_path)
+    assert_bad_input(Ran(capfd, "verify", tmp_path), "robot.urdf")
+    (tmp_path / "robot.urdf").write_text(build_urdf())
+    assert_bad_input(Ran(capfd, "verify", tmp_path), "scene.json")
+    (tmp_path / "scene.json").write_text("{")
+    assert_bad_input(Ran(capfd, "verify", tmp_path), "scene.json: scene is '{'; valid: JSON")
+    assert Ran(capfd, "verify", tmp_path, "--scene", ROOT / "scenes" / "paper.yaml").code == 0
+
+
+def test_a_scene_of_another_plan_is_not_believed(folder: Path, robot: Robot, tmp_path: Path) -> None:
+    """The samples of a plan were replaced by those of another, and the scene and the robot stayed."""
+    write_plan(read_plan(folder), tmp_path)
+    other = load_scene(ROOT / "scenes" / "dev" / "sparse-80000.json")
+    write_trajectory(plan(robot, other), tmp_path)
+    with pytest.raises(InvalidInput, match="planned for") as caught:
+        read_plan(tmp_path)
+    assert (caught.value.field, caught.value.value) == ("name", "paper")
+    scene_file = str(ROOT / "scenes" / "dev" / "sparse-80000.json")
+    assert read_plan(tmp_path, scene_file).scene == other
+
+
+def test_play_serves_the_plan_until_it_is_interrupted(folder: Path, tmp_path: Path) -> None:
+    process = started("play", folder, cwd=tmp_path)
+    assert process.stdout is not None
+    line = process.stdout.readline()
+    assert re.match(r"Playing at http://127\.0\.0\.1:\d+/\S* until Ctrl-C\.", line), process.communicate()
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=20)
+    assert (process.returncode, errors) == (0, "")
+
+
+def test_urdf_prints_what_the_planner_has(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert Ran(capfd, "urdf").out == build_urdf()
+    thick = Ran(capfd, "urdf", "beta=1.0", "--link-radius", "0.08").out
+    assert thick == build_urdf(beta=1.0, link_radius=0.08) == Ran(capfd, "urdf", "link_radius=0.08", "beta=1").out
+    ran = Ran(capfd, "urdf", "--srdf", "-o", tmp_path / "new" / "robot.srdf")
+    assert (ran.code, ran.out) == (0, "")
+    expected = (ROOT / "robots" / "humanoid_rail.srdf").read_text(encoding="utf-8")
+    assert (tmp_path / "new" / "robot.srdf").read_text(encoding="utf-8") == expected
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["wings=2"], "wings is 2.0; valid: one of the xacro arguments beta, "),
+        (["beta"], "argument is 'beta'; valid: NAME=VALUE"),
+        (["beta=pi"], "argument is 'beta=pi'"),
+        (["beta=1", "beta=2"], "beta is '2'; valid: given once"),
+        (["link_radius=0.1", "--link-radius", "0.1"], "link_radius is '0.1'; valid: given once"),
+        (["--link-radius", "-1"], "link_radius is -1.0"),
+        (["--srdf", "beta=1"], "srdf is 'beta=1'"),
+        (["-o", "file/below"], "out is 'file/below'"),
+    ],
+)
+def test_bad_arguments_of_the_robot_are_one_line(
+    arguments: list[str], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "file").write_text("mine")
+    assert_bad_input(Ran(capfd, "urdf", *arguments), said)
+    assert (tmp_path / "file").read_text() == "mine"
+
+
+@pytest.mark.parametrize("format", ["csv", "npz", "ros-json", "ros-yaml"])
+def test_export_writes_one_file(format: str, folder: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / f"motion.{format}"
+    ran = Ran(capfd, "export", folder, "--format", format, "-o", out)
+    assert (ran.code, ran.err) == (0, "")
+    assert ran.out.endswith(f"Written: {out}\n")
+    assert [path.name for path in tmp_path.iterdir()] == [out.name]
+    t = read_plan(folder).trajectory.t
+    match format:
+        case "csv":
+            assert np.loadtxt(out, delimiter=",", skiprows=1).shape == (len(t), CSV_COLUMNS)
+        case "npz":
+            with np.load(out) as arrays:
+                np.testing.assert_array_equal(arrays["t"], t)
+        case _:
+            assert out.read_text(encoding="utf-8").count("time_from_start") == len(t)
+
+
+def test_export_includes_passive_joints_if_told_to(
+    folder: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    names = []
+    for option in ("--no-passive", "--passive"):
+        out = tmp_path / "motion.json"
+        assert Ran(capfd, "export", folder, "--format", "ros-json", "-o", out, option).code == 0
+        names.append(json.loads(out.read_text())["joint_names"])
+    assert set(names[1]) - set(names[0]) == {"chest_level_waist", "chest_level_spine"}
+
+
+def test_export_says_what_it_cannot_write(folder: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    export = ("export", folder, "--format")
+    assert_bad_input(Ran(capfd, *export, "fax", "-o", tmp_path / "x"), "format is 'fax'; valid: one of csv, npz")
+    assert_bad_input(Ran(capfd, *export, "csv"), "--out")
+    assert_bad_input(Ran(capfd, *export, "csv", "-o", tmp_path), "out is ")
+    assert not list(tmp_path.iterdir())

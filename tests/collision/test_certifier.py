@@ -1,0 +1,349 @@
+"""The certificate: what it says is true, and it says enough."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from conftest import random_q
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from humanoid_rail import (
+    Box,
+    Capsule,
+    HalfSpace,
+    InvalidInput,
+    Kinematics,
+    Mesh,
+    Robot,
+    Scene,
+    Sphere,
+    load_robot,
+    plan,
+    plan_case,
+    read_trajectory,
+    verify,
+    write_trajectory,
+)
+from humanoid_rail.scene.shapes import placed_shapes, support
+from humanoid_rail.collision.swept_distance import Sweep
+from humanoid_rail.collision.motion_bound import Travel
+
+TARGETS = {"left": (-1.6, 0.6, 3.4), "right": (-1.6, 2.2, 3.4)}
+
+
+class Motion(NamedTuple):
+    t: np.ndarray
+    q: np.ndarray
+
+
+def scene_of(*obstacles: object) -> Scene:
+    return Scene(name="some", targets=TARGETS, obstacles=obstacles)
+
+
+def densely(robot: Robot, scene: Scene, motion: Motion, finer: int = 100) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return fine times and the least clearances there, from obstacles and of links."""
+    kinematics = Kinematics(robot, scene.obstacles)
+    u = np.linspace(0, len(motion.t) - 1, finer * (len(motion.t) - 1) + 1)
+    t = np.interp(u, np.arange(len(motion.t)), motion.t)
+    q = np.array([np.interp(t, motion.t, column) for column in motion.q.T]).T
+    measured = [kinematics.measure(row, t=time) for row, time in zip(q, t, strict=True)]
+    outer = np.array([m.clearance.min(initial=np.inf) for m in measured])
+    return t, outer, np.array([m.self_clearance.min(initial=np.inf) for m in measured])
+
+
+def random_scene(rng: np.random.Generator, speed: float = 0.0) -> Scene:
+    def place() -> tuple[float, ...]:
+        return tuple(np.array([0.0, 2.0, 2.8]) + rng.uniform(-2.5, 2.5, 3))
+
+    moves = tuple(speed * rng.uniform(-1, 1, 3))
+    return scene_of(
+        Sphere(center=place(), radius=rng.uniform(0.05, 0.4), velocity=moves),
+        Box(center=place(), size=tuple(rng.uniform(0.05, 0.8, 3)), rpy=tuple(rng.uniform(-2, 2, 3))),
+        Capsule(center=place(), radius=0.1, length=0.7, rpy=tuple(rng.uniform(-2, 2, 3)), velocity=moves),
+        HalfSpace(normal=(0.1, 0.0, 1.0), offset=rng.uniform(-1.5, 0.0), velocity=(0.0, 0.0, 0.1 * speed)),
+    )
+
+
+@settings(max_examples=25, deadline=None, derandomize=True)
+@given(seed=st.integers(0, 2**32 - 1), speed=st.sampled_from([0.0, 0.5]))
+def test_the_bound_holds_and_is_tight(seed: int, speed: float) -> None:
+    """Of any motion, with steps far longer than a planner's."""
+    robot, rng = load_robot(), np.random.default_rng(seed)
+    scene = random_scene(rng, speed)
+    start = random_q(robot, rng)
+    steps = rng.normal(size=(8, robot.n)) * rng.choice([0.02, 0.1, 0.4])
+    motion = Motion(np.cumsum(rng.uniform(0.01, 0.2, 9)), start + np.vstack([np.zeros(robot.n), np.cumsum(steps, 0)]))
+    certificate = verify(robot, scene, motion)
+    t, outer, inner = densely(robot, scene, motion)
+    fine = min(outer.min(), inner.min())
+    assert certificate.clearance_bound is not None
+    assert certificate.clearance_bound <= fine + 1e-9
+    if certificate.certified:
+        assert fine > 0
+        assert certificate.contact is None
+        assert certificate.clearance_bound > 0
+        found = min(certificate.min_clearance_obstacles, certificate.min_clearance_self)
+        assert certificate.clearance_bound >= found - 1.1e-3
+        # What was looked at includes all samples.
+        at_samples = min(outer[::100].min(), inner[::100].min())
+        assert found <= at_samples + 1e-9
+        assert found >= fine - 1e-3
+    else:
+        assert fine < 1e-3
+        first = t[(np.minimum(outer, inner) < 0)]
+        assert certificate.contact is not None
+        if len(first):
+            assert certificate.contact.t <= first[0] + 1e-9
+            earlier = t < certificate.contact.t - 1e-9
+            assert (np.minimum(outer, inner)[earlier] > -1e-9).all()
+
+
+def test_contact_between_samples_is_found(robot: Robot) -> None:
+    """A motion through a thin board whose samples are all free."""
+    board = Box(center=(-1.0, 3.0, 3.0), size=(4.0, 0.005, 4.0))
+    q = np.tile(robot.initial, (2, 1))
+    q[1, 0] += 5.5
+    clear = Kinematics(robot, (board,)).along(q).clearance
+    assert (clear > 0.05).all()
+    certificate = verify(robot, scene_of(board), Motion(np.array([0.0, 10.0]), q))
+    assert not certificate.certified
+    # The right hand, at y = 2.232, goes first: its ball of 5 cm touches the board at 2.9975.
+    assert certificate.contact.link == "right_forearm"
+    assert certificate.contact.other == "obstacles[0] (box)"
+    assert certificate.contact.t == pytest.approx(10.0 * (3.0 - 0.0025 - 0.05 - 2.2320508) / 5.5, abs=1e-5)
+    assert certificate.contact.point[1] == pytest.approx(2.9975, abs=1e-4)
+    assert certificate.clearance_bound < 0
+
+
+@pytest.mark.parametrize("gap", [-0.001, -1e-5, 1e-5, 0.001, 0.1])
+def test_near_misses(robot: Robot, gap: float) -> None:
+    """A long slide past a wall, so near that only a close look tells."""
+    q = np.linspace(robot.initial, robot.initial + np.eye(12)[0] * 3.0, 4)
+    psi = Kinematics(robot, (HalfSpace(normal=(1.0, 0.0, 0.0), offset=0.0),)).along(q).clearance
+    wall = HalfSpace(normal=(1.0, 0.0, 0.0), offset=float(psi.min()) - gap)
+    certificate = verify(robot, scene_of(wall), Motion(np.arange(4.0), q))
+    assert certificate.certified == (gap > 0)
+    assert certificate.min_clearance_obstacles == pytest.approx(gap, abs=1e-9)
+    if gap > 0:
+        assert 0 < certificate.clearance_bound <= gap
+
+
+def test_the_swing_of_an_arm_is_bounded_closely(robot: Robot) -> None:
+    """Turning past a ball: the samples are nearly free, the arc between them bulges."""
+    q = np.tile(robot.initial, (2, 1))
+    q[0, 1], q[1, 1] = -0.5, 0.5
+    kinematics = Kinematics(robot)
+    tip = kinematics.hand_positions(np.mean(q, axis=0))[1]
+    for gap in (-0.002, 0.002):
+        ball = Sphere(center=tuple(tip + np.array([0.0, 0.05 + 0.1 + gap, 0.0])), radius=0.1)
+        certificate = verify(robot, scene_of(ball), Motion(np.array([0.0, 1.0]), q))
+        assert certificate.certified == (gap > 0)
+        assert certificate.min_clearance_obstacles == pytest.approx(gap, abs=2e-3)
+
+
+def test_links_that_fold_into_each_other(robot: Robot, folded_q: np.ndarray) -> None:
+    """The SRDF's pairs are left out, and no others."""
+    motion = Motion(np.linspace(0.0, 1.0, 20), np.linspace(robot.initial, folded_q, 20))
+    certificate = verify(robot, scene_of(), motion)
+    assert not certificate.certified
+    assert certificate.min_clearance_obstacles is None
+    assert certificate.min_clearance_self < -0.02
+    assert {certificate.contact.link, certificate.contact.other} <= set(robot.link_names)
+    alone = verify(replace(robot, self_collision_pairs=()), scene_of(), motion)
+    assert alone.certified
+    assert alone.clearance_bound is None
+    assert alone.min_clearance_self is None
+
+
+def test_moving_obstacles(robot: Robot) -> None:
+    """A ball that flies into the resting robot: when is known in closed form."""
+    hand = Kinematics(robot).hand_positions(robot.initial)[1]
+    ball = Sphere(center=tuple(hand + np.array([0.0, 2.0, 0.0])), radius=0.1, velocity=(0.0, -0.8, 0.0))
+    t = np.array([0.0, 1.0, 2.0, 3.0])
+    certificate = verify(robot, scene_of(ball), Motion(t, np.tile(robot.initial, (4, 1))))
+    assert certificate.contact.t == pytest.approx((2.0 - 0.1 - 0.05) / 0.8, abs=1e-5)
+    assert certificate.contact.link == "right_forearm"
+    away = ball.model_copy(update={"velocity": (0.0, 0.8, 0.0)})
+    certificate = verify(robot, scene_of(away), Motion(t, np.tile(robot.initial, (4, 1))))
+    assert certificate.certified
+    assert certificate.min_clearance_obstacles == pytest.approx(1.85, abs=1e-6)
+
+
+def test_meshes_are_looked_at_piece_by_piece(robot: Robot, cube_file: str) -> None:
+    hand = Kinematics(robot).hand_positions(robot.initial)[1]
+    q = np.linspace(robot.initial, robot.initial + np.eye(12)[0] * 1.5, 5)
+    for height, free in ((-0.26, True), (-0.24, False)):
+        center = tuple(hand + np.array([0.0, 1.2, height]))
+        mesh = Mesh(file=cube_file, center=center, scale=0.4)
+        certificate = verify(robot, scene_of(mesh), Motion(np.arange(5.0), q))
+        assert certificate.certified == free
+
+
+@pytest.mark.parametrize("method", ["gradient-projection", "qp"])
+def test_both_engines_agree(robot: Robot, scene: Scene, rng: np.random.Generator, method: str) -> None:
+    plans = [plan(robot, scene, method, dt=0.1, c_kappa=0.3)]
+    motions = [Motion(p.t, p.q) for p in plans]
+    for _ in range(6):
+        q = random_q(robot, rng) + np.cumsum(rng.normal(size=(6, robot.n)) * 0.1, axis=0)
+        motions.append(Motion(np.arange(6.0), q))
+    for motion in motions:
+        some = random_scene(rng, 0.3)
+        a, b = (verify(robot, some, motion, engine=engine) for engine in ("native", "python"))
+        assert a.certified == b.certified
+        assert a.min_clearance_self == pytest.approx(b.min_clearance_self, abs=1e-3)
+        assert a.min_clearance_obstacles == pytest.approx(b.min_clearance_obstacles, abs=1e-3)
+        assert (a.contact is None) == (b.contact is None)
+        if a.contact is not None:
+            assert a.contact.t == pytest.approx(b.contact.t, abs=1e-4)
+            assert (a.contact.link, a.contact.other) == (b.contact.link, b.contact.other)
+
+
+def test_travel_bounds_what_points_do(robot: Robot, rng: np.random.Generator) -> None:
+    """Both ends of every bone, seen from the base and from other joints, on random straight ways."""
+    travel, tight = Travel(robot), []
+    for _ in range(60):
+        a = random_q(robot, rng)
+        b = a + rng.normal(size=robot.n) * rng.choice([0.01, 0.1])
+        full = [robot.full_configuration(q) for q in (a, b)]
+        ways = np.linspace(a, b, 201)
+        for origin in (0, robot.model.getJointId("rail"), robot.model.getJointId("spine_pitch")):
+            seen = np.array([_bones_from(robot, origin, q) for q in ways])
+            reach = travel.reach(full[1] - full[0], np.maximum(*abs(np.array(full))), origin)
+            way = np.linalg.norm(np.diff(seen, axis=0), axis=-1).sum(axis=0).max(axis=-1)
+            bend = np.linalg.norm(np.diff(seen, 2, axis=0), axis=-1).max(axis=0).max(axis=-1) * 200**2
+            carried = reach.travel > 0
+            assert (way[carried] <= reach.travel[carried] + 1e-9).all()
+            assert (bend[carried] <= reach.curvature[carried] * (1 + 1e-6) + 1e-6).all()
+            tight.append((way[carried] / reach.travel[carried]).max())
+    assert max(tight) > 0.5
+
+
+def _bones_from(robot: Robot, origin: int, q: np.ndarray) -> np.ndarray:
+    """Return the ends of all bones in the frame of a joint."""
+    import pinocchio as pin
+
+    data = robot.model.createData()
+    bones = Kinematics(robot).bones(q)
+    pin.forwardKinematics(robot.model, data, robot.full_configuration(q))
+    M = data.oMi[origin]
+    return (bones - M.translation) @ M.rotation
+
+
+def test_the_chest_that_stays_level_does_not_turn(robot: Robot) -> None:
+    """Turns about parallel axes add up with their signs: with the torso bending, the hands move as the chest does."""
+    travel = Travel(robot)
+    a, b = robot.initial.copy(), robot.initial.copy()
+    b[2] += 0.1
+    full = [robot.full_configuration(q) for q in (a, b)]
+    reach = travel.reach(full[1] - full[0], abs(full[0]), 0)
+    hand = list(robot.link_names).index("left_forearm")
+    assert reach.travel[hand] == pytest.approx(0.1 * (0.5 + 0.5), rel=1e-9)
+
+
+def test_half_a_step_is_the_difference_of_two_bounds(robot: Robot, rng: np.random.Generator) -> None:
+    """Least distances of random pairs on random ways against dense sampling."""
+    scene = random_scene(rng)
+    sweep, closest = Sweep(robot, scene.obstacles), []
+    for _ in range(15):
+        a = random_q(robot, rng)
+        b = a + rng.normal(size=robot.n) * 0.05
+        links, pairs = sweep.ways(a, b)
+        ends = sweep.take(0.0, a), sweep.take(1.0, b)
+        dense = [sweep.take(s, a + s * (b - a)) for s in np.linspace(0, 1, 41)]
+        for pair in (*sweep.obstacle_pairs, *sweep.link_pairs):
+            ways, column = (pairs, pair.number) if pair.piece is None else (links, pair.link)
+            here, there = (sweep.measure(pair, end) for end in ends)
+            way = float(ways.travel[column]), float(ways.curvature[column])
+            bound = sweep.least(pair, here, ends[0], there, ends[1], *way, np.inf)
+            least = min(sweep.measure(pair, snapshot).distance for snapshot in dense)
+            assert bound <= least + 2e-6
+            if least > 0:
+                closest.append(least - bound)
+    assert np.median(closest) < 0.02
+
+
+def test_support_functions(rng: np.random.Generator) -> None:
+    """Against points on the surfaces, by coal's own distance from a far plane."""
+    shapes = random_scene(rng).obstacles[:3]
+    for obstacle in shapes:
+        (placed,) = placed_shapes(obstacle)
+        for _ in range(20):
+            n = rng.normal(size=3)
+            n /= np.linalg.norm(n)
+            (plane,) = placed_shapes(HalfSpace(normal=tuple(-n), offset=-50.0))
+            import coal
+
+            result = coal.DistanceResult()
+            request = coal.DistanceRequest()
+            far = coal.distance(placed.shape, placed.placement, plane.shape, plane.placement, request, result)
+            assert support(placed, n) == pytest.approx(50.0 - far, abs=1e-6)
+
+
+def test_what_was_written_is_verified_again(
+    robot: Robot, scene: Scene, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    folder = tmp_path_factory.mktemp("out")
+    trajectory = plan_case(robot, 3, dt=0.05)
+    write_trajectory(trajectory, folder)
+    read = read_trajectory(folder)
+    assert read.certificate == trajectory.certificate
+    assert verify(robot, scene, read) == trajectory.certificate
+    assert verify(robot, scene, Motion(read.t, read.q)) == trajectory.certificate
+
+
+def test_case_1_hits_the_spheres_first_where_it_does(robot: Robot, scene: Scene) -> None:
+    trajectory = plan_case(robot, 1)
+    assert not trajectory.certified
+    contact = trajectory.certificate.contact
+    first = trajectory.t[(trajectory.clearance < 0).any(axis=1)][0]
+    assert first - 0.01 <= contact.t <= first
+    at = trajectory.configuration(contact.t)
+    assert Kinematics(robot, scene.obstacles).measure(at).clearance.min() == pytest.approx(0.0, abs=1e-5)
+    assert trajectory.min_clearance_obstacles == pytest.approx(trajectory.min_clearance, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("t", "q", "field"),
+    [
+        (np.array([0.0, 1.0]), np.zeros((2, 11)), "trajectory.q"),
+        (np.array([0.0]), np.zeros((2, 12)), "trajectory.t"),
+        (np.array([0.0, 0.0]), np.zeros((2, 12)), r"trajectory.t\[1\]"),
+        (np.array([0.0, np.nan]), np.zeros((2, 12)), "trajectory.t"),
+        (np.array([0.0, 1.0]), np.full((2, 12), np.inf), "trajectory.q"),
+        (np.zeros(0), np.zeros((0, 12)), "trajectory.q"),
+    ],
+)
+def test_motions_that_are_none(robot: Robot, scene: Scene, t: np.ndarray, q: np.ndarray, field: str) -> None:
+    with pytest.raises(InvalidInput, match=field):
+        verify(robot, scene, Motion(t, q))
+
+
+def test_a_trajectory_of_another_robot(robot: Robot, scene: Scene) -> None:
+    trajectory = plan_case(robot, 3, dt=0.5)
+    with pytest.raises(InvalidInput, match="joint_names"):
+        verify(robot, scene, replace(trajectory, joint_names=tuple(reversed(trajectory.joint_names))))
+
+
+def test_a_motion_of_one_sample(robot: Robot, scene: Scene) -> None:
+    certificate = verify(robot, scene, Motion(np.array([0.0]), robot.initial[None, :]))
+    assert certificate.certified
+    measured = Kinematics(robot, scene.obstacles).measure(robot.initial)
+    assert certificate.min_clearance_obstacles == pytest.approx(measured.clearance.min())
+    assert certificate.min_clearance_self == pytest.approx(measured.self_clearance.min())
+
+
+def test_a_certificate_is_true_where_it_is_certified(robot: Robot, scene: Scene) -> None:
+    assert plan_case(robot, 3, dt=0.1).certificate
+    assert not plan_case(robot, 1, dt=0.1).certificate
+
+
+@pytest.mark.parametrize("motion", [(np.zeros(1), np.zeros((1, 12))), None, "out", Motion(["a"], [["b"]])])
+def test_what_is_no_motion_is_named(robot: Robot, scene: Scene, motion: object) -> None:
+    with pytest.raises(InvalidInput, match="trajectory is"):
+        verify(robot, scene, motion)
+    with pytest.raises(InvalidInput, match="scene is"):
+        verify(robot, "scene.yaml", Motion(np.zeros(1), np.zeros((1, 12))))

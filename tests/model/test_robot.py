@@ -1,0 +1,272 @@
+"""The URDF, and the robot built from it, against the hand-coded DH table."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+from math import pi
+from pathlib import Path
+from xml.etree import ElementTree
+
+import coal
+import numpy as np
+import pinocchio as pin
+import pytest
+from conftest import LINKS, ROOT, assert_gradient, random_q
+
+from humanoid_rail import (
+    Hand,
+    InvalidInput,
+    Kinematics,
+    Robot,
+    Scene,
+    Sphere,
+    build_urdf,
+    dh,
+    load_robot,
+    plan,
+    robot_from_urdf,
+)
+from humanoid_rail.model.library import xacro_arguments
+
+LENGTHS = ("l_t1", "l_t2", "l_t3", "l_l1", "l_l2", "l_l3", "l_r1", "l_r2", "l_r3", "beta")
+
+
+def all_frames(q: np.ndarray, lengths: dh.Lengths | None = None) -> dict[str, np.ndarray]:
+    lengths = lengths or dh.Lengths()
+    T = dh.frames(q, lengths)
+    T |= {"B": np.eye(4)}
+    T |= {"L0": T["T4"] @ dh.left_arm_base(lengths.beta), "R0": T["T4"] @ dh.right_arm_base(lengths.beta)}
+    return T
+
+
+def error_of_frames(robot: Robot, q: np.ndarray, lengths: dh.Lengths | None = None) -> float:
+    data = robot.model.createData()
+    pin.framesForwardKinematics(robot.model, data, robot.full_configuration(q))
+    T = all_frames(q, lengths)
+    ids = {frame: robot.model.getFrameId(link) for link, frame in LINKS.items()}
+    return max(abs(data.oMf[i].homogeneous - T[frame]).max() for frame, i in ids.items())
+
+
+def test_every_frame_is_the_papers(robot: Robot, rng: np.random.Generator) -> None:
+    assert max(error_of_frames(robot, rng.uniform(robot.lower, robot.upper)) for _ in range(1000)) <= 1e-12
+
+
+def test_every_length_is_an_argument(rng: np.random.Generator) -> None:
+    for _ in range(5):
+        values = dict(zip(LENGTHS, rng.uniform(0.3, 1.4, 10), strict=True))
+        robot = load_robot(**values)
+        q = rng.uniform(robot.lower, robot.upper)
+        assert error_of_frames(robot, q, dh.Lengths(**values)) <= 1e-12
+
+
+def test_actuated_joints_are_q1_to_q12_in_order(robot: Robot) -> None:
+    arm = ("shoulder_roll", "shoulder_pitch", "upper_arm_roll", "elbow_pitch")
+    torso = ("rail", "waist_yaw", "waist_pitch", "spine_pitch")
+    assert robot.joint_names == (*torso, *(f"left_{j}" for j in arm), *(f"right_{j}" for j in arm))
+    passive = [name for name in robot.model.names if name.startswith("chest_level")]
+    assert [*robot.model.names][1:] == [*torso, *passive, *robot.joint_names[4:]]
+
+
+def test_limits_are_the_nominal_ones(robot: Robot) -> None:
+    elbow = np.radians(75)
+    arm = [pi, 2.4, pi, elbow]
+    np.testing.assert_allclose(robot.lower, [-1, -pi, -pi / 6, -2.4, *np.negative(arm), *np.negative(arm)])
+    np.testing.assert_allclose(robot.upper, [9, pi, 7 * pi / 6, 2.4, *arm, *arm])
+    np.testing.assert_array_equal(robot.velocity_limit, 12 * [2.0])
+    np.testing.assert_array_equal(robot.acceleration_limit, [4.0, *(11 * [10.0])])
+
+
+def test_passive_limits_follow_from_their_leaders() -> None:
+    robot = load_robot(waist_pitch_lower=-0.3, waist_pitch_upper=1.1, spine_pitch_lower=-0.7, spine_pitch_upper=0.4)
+    corners = [robot.full_configuration(q)[4:6] for q in (robot.lower, robot.upper)]
+    np.testing.assert_allclose(robot.model.lowerPositionLimit[4:6], np.min(corners, axis=0), atol=1e-15)
+    np.testing.assert_allclose(robot.model.upperPositionLimit[4:6], np.max(corners, axis=0), atol=1e-15)
+
+
+def test_every_limit_is_an_argument() -> None:
+    declared = xacro_arguments()
+    for joint in ElementTree.fromstring(build_urdf()).iter("joint"):
+        name = joint.attrib["name"].removeprefix("left_").removeprefix("right_").replace("elbow_pitch", "elbow")
+        if joint.attrib["type"] != "fixed" and not name.startswith("chest_level"):
+            assert {f"{name}_lower", f"{name}_upper"} <= declared.keys()
+    robot = load_robot(
+        rail_velocity=1.5, rail_acceleration=3, revolute_velocity=1, revolute_acceleration=7, elbow_upper=1
+    )
+    assert (robot.velocity_limit[0], robot.velocity_limit[1]) == (1.5, 1.0)
+    assert (robot.acceleration_limit[0], robot.acceleration_limit[1]) == (3.0, 7.0)
+    assert robot.upper[7] == robot.upper[11] == 1.0
+
+
+@pytest.mark.parametrize("radius", [0.05, 0.0, 0.11])
+def test_nine_capsules_lie_along_the_bones(radius: float, rng: np.random.Generator) -> None:
+    robot = load_robot(link_radius=radius)
+    bodies = robot.collision_model.geometryObjects
+    assert robot.link_names == tuple(dh.BONES)
+    assert all(isinstance(body.geometry, coal.Capsule) and body.geometry.radius == radius for body in bodies)
+    kinematics = Kinematics(robot)
+    for _ in range(50):
+        q = rng.uniform(robot.lower, robot.upper)
+        for ends, expected in zip(kinematics.bones(q), dh.bones(q).values(), strict=True):
+            error = min(abs(ends - expected).max(), abs(ends[::-1] - expected).max())
+            assert error <= 1e-12
+
+
+def test_srdf_disables_the_pairs_that_share_an_end_point(robot: Robot, rng: np.random.Generator) -> None:
+    bones = list(dh.bones(rng.uniform(robot.lower, robot.upper)).values())
+    touching = {
+        (i, j)
+        for i in range(9)
+        for j in range(i + 1, 9)
+        if min(np.linalg.norm(a - b) for a in bones[i] for b in bones[j]) < 1e-9
+    }
+    assert len(touching) == 9
+    every = {(i, j) for i in range(9) for j in range(i + 1, 9)}
+    assert set(robot.self_collision_pairs) == every - touching
+
+
+def test_built_urdf_is_not_stale() -> None:
+    from generate import generated
+
+    for path, text in generated().items():
+        assert (ROOT / path).read_text(encoding="utf-8") == text, f"{path} is stale: run `make generate`"
+
+
+def test_masses_and_inertias_are_those_of_the_visual_geometry() -> None:
+    """An independent sum over coal's volumes and moments of inertia."""
+    urdf, density = build_urdf(density=450.0), 450.0
+    model = pin.buildModelFromXML(urdf)
+    visual = pin.buildGeomFromUrdfString(model, urdf, pin.GeometryType.VISUAL)
+    expected = [pin.Inertia.Zero() for _ in range(model.njoints)]
+    for body in visual.geometryObjects:
+        shape = body.geometry
+        inertia = pin.Inertia(
+            density * shape.computeVolume(), shape.computeCOM(), density * shape.computeMomentofInertiaRelatedToCOM()
+        )
+        expected[body.parentJoint] += body.placement.act(inertia)
+    for name, built, summed in zip(model.names, model.inertias, expected, strict=True):
+        assert built.mass > 0, name
+        assert built.isApprox(summed, 1e-9), name
+
+
+def test_visual_geometry_does_not_depend_on_the_collision_radius() -> None:
+    def visuals(urdf: str) -> list[str]:
+        return [ElementTree.tostring(v, encoding="unicode") for v in ElementTree.fromstring(urdf).iter("visual")]
+
+    assert visuals(build_urdf(link_radius=0.2)) == visuals(build_urdf(link_radius=0.01))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "field"),
+    [
+        ({"l_t9": 1.0}, "l_t9"),
+        ({"l_t1": 0.0}, "l_t1"),
+        ({"l_l2": -1.0}, "l_l2"),
+        ({"link_radius": -0.01}, "link_radius"),
+        ({"beta": float("nan")}, "beta"),
+        ({"beta": "wide"}, "beta"),
+        ({"rail_upper": float("inf")}, "rail_upper"),
+        ({"rail_lower": 9.0}, "limits of joint rail"),
+        ({"density": 0.0}, "density"),
+    ],
+)
+def test_bad_arguments_are_named(arguments: dict[str, float], field: str) -> None:
+    with pytest.raises(InvalidInput) as caught:
+        load_robot(**arguments)
+    assert caught.value.field == field
+    assert field in str(caught.value)
+
+
+def test_arrays_are_read_only(robot: Robot) -> None:
+    with pytest.raises(ValueError, match="read-only"):
+        robot.lower[0] = 0.0
+
+
+LIMIT = '<limit lower="-1" upper="2" velocity="1" effort="1"/>'
+ARM = f"""<robot name="r"><link name="a"/><link name="b"/><link name="c"/><link name="d"/><link name="e"/>
+  <link name="f"><collision name="x"><geometry><sphere radius="0.1"/></geometry></collision></link>
+  <joint name="one" type="revolute"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/>{LIMIT}</joint>
+  <joint name="two" type="revolute"><parent link="b"/><child link="c"/><origin xyz="1 0 0"/><axis xyz="0 1 0"/>{LIMIT}
+    <mimic joint="one" multiplier="2" offset="0.5"/></joint>
+  <joint name="three" type="revolute"><parent link="c"/><child link="d"/><origin xyz="1 0 0"/><axis xyz="0 0 1"/>{LIMIT}
+    <mimic joint="two" multiplier="-1"/></joint>
+  <joint name="four" type="revolute"><parent link="d"/><child link="e"/><origin xyz="1 0 0"/><axis xyz="1 0 0"/>
+    {LIMIT}</joint>
+  <joint name="five" type="prismatic"><parent link="e"/><child link="f"/><origin xyz="1 0 0"/><axis xyz="0 1 0"/>
+    {LIMIT}</joint>
+  <transmission name="t"><joint name="two"/></transmission></robot>"""
+TIP = [Hand("tip", "f", ("one", "four", "five"))]
+
+
+def test_any_robot_with_a_linear_coupling(rng: np.random.Generator) -> None:
+    robot = robot_from_urdf(ARM, None, TIP)
+    assert robot.joint_names == ("one", "four", "five")
+    np.testing.assert_allclose(robot.full_configuration([0.3, 1.0, 2.0]), [0.3, 1.1, -1.1, 1.0, 2.0])
+    np.testing.assert_array_equal(robot.initial, 3 * [0.5])
+    assert np.isinf(robot.acceleration_limit).all()
+    kinematics = Kinematics(robot, (Sphere(center=(1, 1, 1), radius=0.2),))
+    for _ in range(10):
+        q = rng.uniform(robot.lower, robot.upper)
+        state = kinematics.state(q)
+        assert_gradient(lambda q: kinematics.hand_positions(q).ravel(), state.jacobian, q)
+        assert_gradient(lambda q: kinematics.measure(q).manipulability, state.manipulability_gradient, q)
+        assert_gradient(lambda q: kinematics.measure(q).clearance, state.clearance_gradient, q)
+    target = kinematics.hand_positions([0.6, 0.6, 0.7])[0]
+    assert plan(robot, Scene(name="one hand", targets={"tip": target}), c_mu=0.0).status == "reached"
+
+
+@pytest.mark.parametrize(
+    ("urdf", "srdf", "hands", "initial", "field"),
+    [
+        ("<robot", None, TIP, None, "urdf"),
+        (ARM.replace(LIMIT, ""), None, TIP, None, "urdf"),
+        (ARM.replace('"revolute"', '"continuous"', 1), None, TIP, None, "joint one"),
+        (ARM.replace("collision", "visual"), None, TIP, None, "urdf"),
+        (ARM.replace('<sphere radius="0.1"/>', '<mesh filename="package://x/y.stl"/>'), None, TIP, None, "urdf"),
+        (ARM.replace('<sphere radius="0.1"/>', '<mesh filename="CUBE"/>'), None, TIP, None, "collision body f_0"),
+        (ARM, None, [], None, "hands"),
+        (ARM, None, TIP * 2, None, "hands"),
+        (ARM, None, [Hand("tip", "nowhere", TIP[0].arm)], None, "hands.tip.frame"),
+        (ARM, None, [Hand("tip", "f", ("one", "two", "four"))], None, "hands.tip.arm"),
+        (ARM, None, [Hand("tip", "f", ("one", "four"))], None, "hands.tip.arm"),
+        (ARM, None, [Hand("tip", "f", ("one", "one", "four"))], None, "hands.tip.arm"),
+        (ARM, None, TIP, [0.0, 0.0], "initial"),
+        (ARM, None, TIP, [0.0, 0.0, np.nan], "initial"),
+        (ARM, "no xml", TIP, None, "srdf"),
+        (ARM, '<robot><disable_collisions link1="a"/></robot>', TIP, None, "srdf"),
+        (ARM, '<robot><disable_collisions link1="a" link2="z"/></robot>', TIP, None, "srdf.disable_collisions"),
+    ],
+)
+def test_what_a_robot_cannot_have(
+    urdf: str, srdf: str | None, hands: list[Hand], initial: list[float] | None, field: str, cube_file: str
+) -> None:
+    with pytest.raises(InvalidInput) as caught:
+        robot_from_urdf(urdf.replace("CUBE", cube_file), srdf, hands, initial)
+    assert caught.value.field == field
+
+
+def test_the_model_pickles_and_copies(robot: Robot, rng: np.random.Generator) -> None:
+    model = pickle.loads(pickle.dumps(robot.model))
+    q = robot.full_configuration(random_q(robot, rng))
+    for other in (model, copy.copy(robot.model)):
+        data, expected = other.createData(), robot.model.createData()
+        pin.framesForwardKinematics(other, data, q)
+        pin.framesForwardKinematics(robot.model, expected, q)
+        assert data.oMf[robot.model.getFrameId("left_hand")] == expected.oMf[robot.model.getFrameId("left_hand")]
+
+
+def test_robots_pickle(robot: Robot, scene: Scene) -> None:
+    again = pickle.loads(pickle.dumps(robot))
+    trajectory, expected = plan(again, scene, dt=0.5), plan(robot, scene, dt=0.5)
+    np.testing.assert_array_equal(trajectory.q, expected.q)
+    np.testing.assert_array_equal(trajectory.clearance, expected.clearance)
+    assert pickle.loads(pickle.dumps(trajectory)).summary() == trajectory.summary()
+
+
+def test_files_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from humanoid_rail._resources import resource
+
+    monkeypatch.chdir(tmp_path)
+    assert resource("robots", "humanoid_rail.urdf.xacro").is_file()
+    with pytest.raises(FileNotFoundError, match=r"robots/nothing\.urdf"):
+        resource("robots", "nothing.urdf")

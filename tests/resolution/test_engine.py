@@ -1,0 +1,430 @@
+"""The native engine against the Python engine, and what is its own: horizon, threads, memory, versions."""
+
+from __future__ import annotations
+
+import gc
+import os
+import subprocess
+import sys
+import threading
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import ROOT, random_q
+
+import humanoid_rail
+from humanoid_rail import (
+    Box,
+    Capsule,
+    Gains,
+    HalfSpace,
+    Hand,
+    InvalidInput,
+    Mesh,
+    Robot,
+    Safety,
+    Scene,
+    Sphere,
+    Status,
+    engines,
+    kinematics,
+    load_robot,
+    load_scene,
+    plan,
+    resolution,
+    robot_from_urdf,
+    safety,
+)
+from humanoid_rail.resolution.integrate import Settings
+from humanoid_rail.scene.obstacles import Obstacle
+
+native = pytest.importorskip("humanoid_rail.native", reason="the native engine was not built")
+
+TARGETS = np.array([[-2.0, 2.0, 4.0], [-2.0, 4.0, 4.0]])
+ANY_WAY_ROUND = 3.0
+
+
+def random_obstacles(rng: np.random.Generator, cube: str, count: int = 6) -> tuple[Obstacle, ...]:
+    """Return obstacles of random kinds about the robot, some in contact with it; no two features parallel."""
+
+    def one() -> Obstacle:
+        center = rng.uniform([-2.0, -1.0, 0.5], [2.0, 5.0, 4.5])
+        rpy = rng.uniform(-ANY_WAY_ROUND, ANY_WAY_ROUND, 3)
+        size = rng.uniform(0.1, 0.9, 3)
+        match rng.integers(5):
+            case 0:
+                return Sphere(center=center, radius=size[0])
+            case 1:
+                return Box(center=center, size=size, rpy=rpy)
+            case 2:
+                return Capsule(center=center, radius=size[0] / 2, length=size[1], rpy=rpy)
+            case 3:
+                return HalfSpace(normal=rpy, offset=rng.uniform(-3.0, -1.0))
+            case _:
+                return Mesh(file=cube, center=center, rpy=rpy, scale=size)
+
+    return tuple(one() for _ in range(count))
+
+
+def is_ambiguous(reference: kinematics.Kinematics, q: np.ndarray, gains: Gains, rng: np.random.Generator) -> bool:
+    """Whether q_dot jumps next to a configuration, because the nearest points of parallel features do."""
+    here = resolution.gradient_projection(reference.state(q), TARGETS, gains)
+    there = resolution.gradient_projection(reference.state(q + 1e-9 * rng.normal(size=q.size)), TARGETS, gains)
+    return bool(np.linalg.norm(there - here) > 1e-5 * np.linalg.norm(here))
+
+
+def test_q_dot_agrees_to_1e_10(robot: Robot, cube_file: str) -> None:
+    """1,000 random configurations and scenes, in contact too."""
+    rng = np.random.default_rng(1)
+    compared = {"apart": 0, "contact": 0}
+    for _ in range(200):
+        obstacles = random_obstacles(rng, cube_file)
+        gains = Gains(
+            gain=rng.uniform(0.2, 3.0, 6), c_mu=rng.uniform(0, 2), c_kappa=rng.uniform(0, 2), epsilon=rng.uniform(0, 2)
+        )
+        fast, reference = native.Kinematics(robot, obstacles), kinematics.Kinematics(robot, obstacles)
+        for _ in range(5):
+            q = random_q(robot, rng)
+            state = reference.state(q)
+            expected = resolution.gradient_projection(state, TARGETS, gains)
+            error = np.linalg.norm(fast.gradient_projection(TARGETS, gains)(q) - expected) / np.linalg.norm(expected)
+            if error > 1e-10:
+                assert is_ambiguous(reference, q, gains, rng), error
+                continue
+            compared["contact" if (state.clearance < 0).any() else "apart"] += 1
+    assert sum(compared.values()) >= 990, compared
+    assert min(compared.values()) >= 100, compared
+
+
+@pytest.mark.parametrize("stretch", [0.3, 0.1, 0.03, 1e-3, 1e-6, 0.0])
+def test_q_dot_agrees_next_to_singularities(
+    robot: Robot, scene: Scene, rng: np.random.Generator, stretch: float
+) -> None:
+    """Stretched out towards a target out of reach, where the pseudo-inverse is damped; and an arm by itself."""
+    fast, reference = native.Kinematics(robot, scene.obstacles), kinematics.Kinematics(robot, scene.obstacles)
+    away = scene.model_copy(update={"targets": {"left": (-2.0, 2.0, 9.0), "right": (-2.0, 4.0, 4.0)}})
+    stretched = plan(robot, away, "gradient-projection", dt=0.1).q[-20:]
+    arm = np.array([random_q(robot, rng) for _ in range(20)])
+    arm[:, 4:8] = [0.3, np.pi / 2, 0.4, stretch]
+    smallest = []
+    for q in [*(stretched + stretch * rng.normal(size=12)), *arm]:
+        state = reference.state(q)
+        smallest.append(np.linalg.svd(state.jacobian, compute_uv=False)[-1])
+        expected = resolution.gradient_projection(state, TARGETS, Gains())
+        np.testing.assert_allclose(fast.gradient_projection(TARGETS, Gains())(q), expected, rtol=1e-8, atol=1e-9)
+        np.testing.assert_allclose(fast.state(q).manipulability, state.manipulability, rtol=1e-10, atol=1e-14)
+    assert stretch > 0.01 or min(smallest) < 0.1 * resolution.SINGULAR_VALUE
+
+
+def test_states_and_measurements_agree(robot: Robot, rng: np.random.Generator, cube_file: str) -> None:
+    obstacles = random_obstacles(rng, cube_file, 10)
+    fast, reference = native.Kinematics(robot, obstacles), kinematics.Kinematics(robot, obstacles)
+    for _ in range(20):
+        q = random_q(robot, rng)
+        a, b = fast.state(q), reference.state(q)
+        for name in ("q", "hands", "jacobian", "manipulability_gradient", "clearance"):
+            np.testing.assert_allclose(getattr(a, name), getattr(b, name), rtol=1e-10, atol=1e-12, err_msg=name)
+        # Where features are parallel the nearest points may differ, and with them the gradient.
+        same = np.isclose(a.clearance_gradient, b.clearance_gradient, rtol=1e-6, atol=1e-6).all(axis=-1)
+        assert same.mean() > 0.95
+        for horizon in (0.0, 0.5, 1.0, np.inf):
+            np.testing.assert_allclose(fast.measure(q, horizon).clearance, reference.measure(q, horizon).clearance)
+    path = np.array([random_q(robot, rng) for _ in range(20)])
+    for horizon in (0.0, 0.5, np.inf):
+        for values, expected in zip(fast.along(path, horizon), reference.along(path, horizon), strict=True):
+            np.testing.assert_allclose(values, expected, rtol=1e-10, atol=1e-12)
+
+
+@pytest.mark.parametrize("offset", [0.0, 3.0, 300.0, 9000.0])
+def test_the_nearest_obstacle_is_measured_however_far(robot: Robot, engine: str, offset: float) -> None:
+    obstacles = (
+        Sphere(center=(0.0, 7.0 + offset, 2.0), radius=0.3),
+        Sphere(center=(0.0, 8.0 + offset, 2.0), radius=0.3),
+    )
+    measuring = engines.get_engine(engine).kinematics(robot, obstacles)
+    everything = measuring.measure(robot.initial).clearance
+    near = measuring.measure(robot.initial, 0.5).clearance
+    assert near.min() == everything.min()
+    assert np.isinf(near[:, 1]).all()
+    assert np.isfinite(everything).all()
+    (course,) = measuring.along(robot.initial[None, :], 0.5).clearance
+    np.testing.assert_array_equal(course, [everything.min(), np.inf])
+
+
+def test_far_clearances_are_measured_only_when_asked_for(robot: Robot, scene: Scene, engine: str) -> None:
+    near = plan(robot, scene, "gradient-projection", engine=engine, epsilon=0.6, dt=0.1)
+    everything = plan(robot, scene, "gradient-projection", engine=engine, epsilon=0.6, dt=0.1, far_clearances=True)
+    np.testing.assert_array_equal(near.q, everything.q)
+    assert np.isfinite(everything.clearance).all()
+    assert near.min_clearance == everything.min_clearance
+    np.testing.assert_array_equal(near.clearance.min(axis=1), everything.clearance.min(axis=1))
+    left_out = np.isinf(near.clearance)
+    assert left_out.any()
+    assert (everything.clearance[left_out] > 0.6).all()
+    np.testing.assert_array_equal(near.clearance[~left_out], everything.clearance[~left_out])
+
+
+@pytest.mark.parametrize("family", ["sparse", "shelf"])
+def test_trajectories_agree_to_the_integrators_tolerance(robot: Robot, family: str) -> None:
+    scene = load_scene(min((ROOT / "scenes" / "dev").glob(f"{family}-*.json")))
+    tight = {"rtol": 1e-9, "atol": 1e-9, "max_time": 1.0, "dt": 0.05}
+    a, b = (
+        plan(robot, scene, "gradient-projection", **tight),
+        plan(robot, scene, "gradient-projection", engine="python", **tight),
+    )
+    assert (a.engine, b.engine) == ("native", "python")
+    assert a.status is b.status
+    np.testing.assert_allclose(a.q, b.q, atol=1e-5)
+
+
+@pytest.mark.parametrize("case", [1, 2, 3])
+def test_the_papers_cases_agree(robot: Robot, case: int) -> None:
+    loose = [humanoid_rail.plan_case(robot, case, engine=engine) for engine in engines.ENGINES]
+    tight = [humanoid_rail.plan_case(robot, case, engine=e, rtol=1e-10, atol=1e-10) for e in engines.ENGINES]
+    for (a, b), atol in ((loose, 5e-4), (tight, 1e-6)):
+        assert a.status is b.status is Status.REACHED
+        assert a.duration == pytest.approx(b.duration, abs=atol)
+        np.testing.assert_allclose(a.q[:630], b.q[:630], atol=atol)
+        np.testing.assert_allclose(a.clearance[:630], b.clearance[:630], atol=atol)
+        assert [(v.joint, v.quantity) for v in a.violations] == [(v.joint, v.quantity) for v in b.violations]
+
+
+def test_constants_are_the_same() -> None:
+    assert native._engine.SINGULAR_VALUE == resolution.SINGULAR_VALUE
+    assert native._engine.MAX_DAMPING == resolution.MAX_DAMPING
+    for name in ("LIMIT_GAIN", "INFLUENCE", "FREE_SPEED", "TASK_WEIGHT", "LEAST_RATE", "SHARE", "LEAST_MARGIN"):
+        assert getattr(native._engine, name) == getattr(safety, name), name
+
+
+def test_other_robots(rng: np.random.Generator, scene: Scene) -> None:
+    """One hand, an arm that includes the rail, a passive joint that follows two others within the arm."""
+    one = robot_from_urdf(
+        load_robot().urdf,
+        None,
+        hands=[Hand("left", "left_hand", ("rail", "waist_pitch", "left_shoulder_pitch", "left_elbow_pitch"))],
+    )
+    fast, reference = native.Kinematics(one, scene.obstacles), kinematics.Kinematics(one, scene.obstacles)
+    for _ in range(20):
+        q = random_q(one, rng)
+        expected = resolution.gradient_projection(reference.state(q), TARGETS[:1], Gains())
+        np.testing.assert_allclose(fast.gradient_projection(TARGETS[:1], Gains())(q), expected, rtol=1e-9, atol=1e-10)
+
+
+def test_limits_may_be_infinite(scene: Scene) -> None:
+    robot = load_robot()
+    model = robot.model.copy()
+    model.velocityLimit[:] = np.inf
+    model.effortLimit[:] = np.inf
+    trajectory = plan(replace(robot, model=model), scene, "gradient-projection", dt=0.1)
+    assert trajectory.engine == "native"
+    np.testing.assert_array_equal(trajectory.q, plan(robot, scene, "gradient-projection", dt=0.1).q)
+
+
+@pytest.mark.parametrize("q", [np.zeros(11), np.zeros(13), np.zeros((2, 12)), np.zeros(0)])
+def test_configurations_of_the_wrong_size_are_refused(robot: Robot, q: np.ndarray) -> None:
+    fast = native.Kinematics(robot)
+    for call in (fast.state, fast.measure, lambda q: fast.gradient_projection(TARGETS, Gains())(q)):
+        with pytest.raises((ValueError, TypeError)):
+            call(q)
+    with pytest.raises((ValueError, TypeError)):
+        fast.along(q.reshape(1, -1) if q.ndim == 1 else q[:, :5])
+    with pytest.raises((ValueError, TypeError)):
+        fast.gradient_projection(TARGETS[:1], Gains())(robot.initial)
+
+
+NAN, INF = float("nan"), float("inf")
+
+
+@pytest.mark.parametrize("bad", [NAN, INF])
+def test_numbers_that_are_none_are_refused(robot: Robot, scene: Scene, bad: float) -> None:
+    fast = native.Kinematics(robot, scene.obstacles)
+    q, targets = robot.initial.copy(), TARGETS.copy()
+    q[3] = targets[1, 2] = bad
+    settings = Settings(tolerance=0.01, dt=0.01, max_time=60.0, rtol=1e-6, atol=1e-6)
+    calls = (
+        lambda: fast.state(q),
+        lambda: fast.measure(q),
+        lambda: fast.along(q[None, :]),
+        lambda: fast.gradient_projection(TARGETS, Gains())(q),
+        lambda: fast.gradient_projection(targets, Gains())(robot.initial),
+        lambda: fast.safe_velocity(TARGETS, Gains(), Safety(), 0.01)(q),
+        lambda: fast.safe_velocity(targets, Gains(), Safety(), 0.01)(robot.initial),
+        lambda: native.rollout(fast, q, TARGETS, Gains(), Safety(), settings),
+        lambda: native.certify(robot, scene.obstacles, np.array([0.0]), q[None, :]),
+        lambda: native.integrate(fast, q, TARGETS, Gains(), settings),
+        lambda: native.integrate(fast, robot.initial, targets, Gains(), settings),
+    )
+    for call in calls:
+        with pytest.raises(ValueError, match="finite"):
+            call()
+    for change in ({"dt": 0.0}, {"dt": -1.0}, {"max_time": NAN}):
+        with pytest.raises(ValueError, match="greater than 0"):
+            native.integrate(fast, robot.initial, TARGETS, Gains(), replace(settings, **change))
+
+
+def test_targets_have_one_row_a_hand(robot: Robot) -> None:
+    for targets in (TARGETS.T, TARGETS[:1], TARGETS.ravel()):
+        with pytest.raises(InvalidInput, match="targets"):
+            native.Kinematics(robot).gradient_projection(targets, Gains())
+
+
+def test_unknown_obstacles_are_refused(robot: Robot) -> None:
+    with pytest.raises(InvalidInput, match="obstacles"):
+        native.Kinematics(robot, ({"type": "box"},))
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+def test_kinematics_leave_no_memory_behind(robot: Robot, rng: np.random.Generator) -> None:
+    obstacles = tuple(Sphere(center=center, radius=0.1) for center in rng.uniform(-50, 50, (1000, 3)))
+
+    def resident() -> int:
+        return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGESIZE")
+
+    def make(times: int) -> None:
+        for _ in range(times):
+            native.Kinematics(robot, obstacles).measure(robot.initial, 0.5)
+
+    make(20)
+    before = resident()
+    make(60)
+    assert resident() - before < 2e6
+
+
+def test_threads_plan_at_once(robot: Robot, scene: Scene) -> None:
+    """The interpreter goes on while the engine integrates, and threads get the same results."""
+    expected = plan(robot, scene, "gradient-projection")
+    ticks, done = [], threading.Event()
+
+    def tick() -> None:
+        while not done.is_set():
+            ticks.append(time.perf_counter())
+            time.sleep(1e-3)
+
+    ticker = threading.Thread(target=tick)
+    ticker.start()
+    started = time.perf_counter()
+    slow = native.Kinematics(robot, scene.obstacles)
+    path = np.repeat(expected.q, 400, axis=0)
+    slow.along(path)
+    ended = time.perf_counter()
+    done.set()
+    ticker.join()
+    within = [t for t in ticks if started + 0.05 < t < ended - 0.05]
+    assert len(within) > 0.1 * (ended - started) / 1e-3 / 2, (len(within), ended - started)
+
+    results: list[np.ndarray] = []
+    threads = [
+        threading.Thread(target=lambda: results.append(plan(robot, scene, "gradient-projection").q)) for _ in range(8)
+    ]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(results) == 8
+    for q in results:
+        np.testing.assert_array_equal(q, expected.q)
+
+
+COUNTER = """
+#define _GNU_SOURCE
+#include <stddef.h>
+extern void *__libc_malloc(size_t); extern void *__libc_memalign(size_t, size_t);
+extern void *__libc_calloc(size_t, size_t); extern void *__libc_realloc(void *, size_t);
+long allocations = 0;
+void *malloc(size_t n) { ++allocations; return __libc_malloc(n); }
+void *calloc(size_t n, size_t m) { ++allocations; return __libc_calloc(n, m); }
+void *realloc(void *p, size_t n) { ++allocations; return __libc_realloc(p, n); }
+int posix_memalign(void **p, size_t a, size_t n) { ++allocations; *p = __libc_memalign(a, n); return *p ? 0 : 12; }
+void *aligned_alloc(size_t a, size_t n) { ++allocations; return __libc_memalign(a, n); }
+"""
+
+COUNTED = """
+import ctypes, sys
+import numpy as np
+from humanoid_rail import Capsule, Gains, HalfSpace, load_robot, native, paper_scene, plan_case
+count = ctypes.c_long.in_dll(ctypes.CDLL(sys.argv[1]), "allocations")
+robot, scene = load_robot(), paper_scene()
+# Not boxes and meshes: for them coal's own GJK allocates a few bytes.
+capsule, floor = Capsule(center=(0.5, 2.0, 3.0), radius=0.3, length=0.5), HalfSpace(normal=(0, 0, 1), offset=0.0)
+obstacles = (*scene.obstacles, capsule, floor)
+method = native.Kinematics(robot, obstacles).engine
+# Not singularities: there Eigen's SVD does.
+q = plan_case(robot, 1).q[::4]
+assert native.Kinematics(robot, obstacles).along(q).clearance.min() < 0
+gains, targets = native.native_gains(Gains(epsilon=3.0), 6), np.ones(6)
+found = []
+for repeats in (1, 11, 21):
+    before = count.value
+    native._engine.velocity_seconds(method, q, targets, gains, repeats)
+    found.append(count.value - before)
+print(*found)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="replaces glibc's malloc")
+def test_nothing_is_allocated_in_the_loop(tmp_path: Path) -> None:
+    """1,600 evaluations more take no allocation more, in contact too."""
+    source, library = tmp_path / "count.c", tmp_path / "count.so"
+    source.write_text(COUNTER, encoding="utf-8")
+    subprocess.run(["cc", "-shared", "-fPIC", "-o", library, source], check=True)
+    result = subprocess.run(
+        [sys.executable, "-c", COUNTED, str(library)],
+        env={**os.environ, "LD_PRELOAD": str(library)},
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert result.returncode == 0, result.stderr
+    first, second, third = map(int, result.stdout.split())
+    assert third == second, (first, second, third)
+
+
+def test_memory_is_given_back(robot: Robot, scene: Scene) -> None:
+    """Kinematics and native robots end with what they were made for."""
+    before = len(native._robots)
+    other = load_robot(link_radius=0.02)
+    plan(other, scene, dt=0.5)
+    assert len(native._robots) == before + 1
+    del other
+    gc.collect()
+    assert len(native._robots) == before
+
+
+def test_an_engine_is_named(robot: Robot, scene: Scene) -> None:
+    for name in ("c++", "", None, 3):
+        with pytest.raises(InvalidInput, match="native, python"):
+            plan(robot, scene, engine=name)  # type: ignore[arg-type]
+
+
+def python(code: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
+
+
+WITHOUT = """
+import sys
+{how}
+from humanoid_rail import load_robot, paper_scene, plan, plan_many
+trajectory = plan(load_robot(), paper_scene(), dt=0.5)
+print(trajectory.engine, trajectory.status)
+print(plan(load_robot(), paper_scene(), dt=0.5, engine="python").engine)
+print([t.engine for t in plan_many(load_robot(), [paper_scene()], n_jobs=1, dt=0.5)])
+"""
+
+
+@pytest.mark.parametrize(
+    ("how", "why"),
+    [
+        ("sys.modules['humanoid_rail._engine'] = None", "_engine"),
+        ("import coal; coal.__version__ = '9.9.9'", "built for Pinocchio and coal 4.1.0 and 3.0.3, and these are"),
+    ],
+)
+def test_without_the_native_engine_everything_works_and_a_warning_says_so(how: str, why: str) -> None:
+    result = python(WITHOUT.format(how=how))
+    assert result.returncode == 0, result.stderr
+    assert result.stdout.split("\n")[:3] == ["python reached", "python", "['python']"]
+    assert why in result.stderr
+    assert "RuntimeWarning: the native engine is not there" in result.stderr
