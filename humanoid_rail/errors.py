@@ -34,6 +34,24 @@ class InvalidInput(HumanoidRailError, ValueError):
         return _one_line(f"{where}{self.field} is {_short(self.value)}; valid: {self.valid}")
 
 
+class EngineMissing(HumanoidRailError, ImportError):
+    """The native engine is needed and is not there.
+
+    Attributes:
+        why: Why it is not there, and what to install.
+    """
+
+    def __init__(self, why: str) -> None:
+        self.why = why
+        super().__init__(why)
+
+    def __str__(self) -> str:
+        return (
+            f"the native engine is missing: {self.why}. Without it only gradient projection works, by "
+            'GradientProjection(engine="python") or --method gradient-projection --engine python'
+        )
+
+
 class Missing:
     """Stands for the value of a field that is not there."""
 

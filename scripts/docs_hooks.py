@@ -14,6 +14,7 @@ from xml.etree.ElementTree import tostring
 
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
+from mkdocs.structure.pages import Page
 from ziamath.config import config as drawing
 from ziamath.zmath import Latex
 
@@ -34,7 +35,37 @@ drawing.svg2 = False
 
 NAMED = re.compile(r"\[(?:docs/)?(\w+\.md)\]\(")
 FORMULA = re.compile(r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>', re.DOTALL)
-ROLE = re.compile(r":(?:attr|class|func|meth):<code>(?:humanoid_rail\.)?([\w.]+)</code>")
+API = "api.md"
+"""The page that is made of docstrings."""
+PLAIN = {
+    "d mu / dq": r"\partial\mu/\partial q",
+    "d psi / dq": r"\partial\psi/\partial q",
+    "d psi/dq": r"\partial\psi/\partial q",
+    "de/dq": r"\partial e/\partial q",
+    "c_kappa": r"c_\kappa",
+    "c_mu": r"c_\mu",
+    "f(q)": "f(q)",
+    "J_dot": r"\dot J",
+    "J#": r"J^\sharp",
+    "kappa": r"\kappa",
+    "m/s^2": r"\text{m/s}^2",
+    "m/s^3": r"\text{m/s}^3",
+    "rad/s^2": r"\text{rad/s}^2",
+    "rad/s^3": r"\text{rad/s}^3",
+    "kg/m^3": r"\text{kg/m}^3",
+    "mu": r"\mu",
+    "psi": r"\psi",
+    "q_dot": r"\dot q",
+    "|e|": r"\lvert e \rvert",
+}
+"""What docstrings, which are read in editors too, write plainly, and how the site draws it."""
+SYMBOL = re.compile(
+    "|".join(rf"(?<![\w/`.]){re.escape(plain)}(?!\w)" for plain in sorted(PLAIN, key=len, reverse=True))
+)
+NO_TEXT = re.compile(r"(<(?:pre|code|svg|h\d)\b.*?</(?:pre|code|svg|h\d)>|<[^>]+>)", re.DOTALL)
+"""Tags, and what is not prose between them."""
+
+ROLE = re.compile(r":(?:attr|class|func|meth|mod):<code>(?:humanoid_rail\.)?([\w.]+)</code>")
 
 
 def on_files(files: Files, config: MkDocsConfig, **_: Any) -> Files:
@@ -67,14 +98,22 @@ def _titles(nav: Any) -> Iterator[tuple[str, str]]:
                 yield from _titles(below)
 
 
-def on_page_content(content: str, **_: Any) -> str:
-    """Draw formulas, and turn Sphinx's roles in docstrings into links where the API page has the name."""
+def on_page_content(content: str, page: Page, **_: Any) -> str:
+    """Draw formulas, also those of docstrings, and turn Sphinx's roles into links where the API page has the name."""
     content = FORMULA.sub(_drawn, content)
+    if page.file.src_uri == API:
+        parts = NO_TEXT.split(content)
+        parts[::2] = [SYMBOL.sub(lambda plain: _svg(PLAIN[plain[0]], "span"), text) for text in parts[::2]]
+        content = "".join(parts)
     return ROLE.sub(r'<autoref identifier="humanoid_rail.\1" optional><code>\1</code></autoref>', content)
 
 
 def _drawn(formula: re.Match[str]) -> str:
-    kind, latex = formula[1], html.unescape(formula[2])
+    return _svg(html.unescape(formula[2]), formula[1])
+
+
+def _svg(latex: str, kind: str) -> str:
+    """Return a formula as SVG in a `span`, or set off in a `div`."""
     svg = Latex(latex, size=SIZE, inline=kind == "span").svgxml()
     _, top, width, height = (float(number) / EM for number in svg.attrib["viewBox"].split())
     svg.attrib |= {

@@ -14,15 +14,15 @@ from humanoid_rail.cli.console import Command, console, has_display, progress
 from humanoid_rail.cli.play import play_back
 from humanoid_rail.cli.report import report_plan
 from humanoid_rail.cli.urdf import numbers_by_name
-from humanoid_rail.planning.engines import ENGINES
 from humanoid_rail.errors import InvalidInput, checked_number
-from humanoid_rail.io.trajectory_files import check_folder
-from humanoid_rail.scene.obstacles import at_rest
-from humanoid_rail.paper.cases import paper_scene, plan_case
 from humanoid_rail.io.plan_folder import Plan, write_plan
+from humanoid_rail.io.trajectory_files import check_folder
+from humanoid_rail.model.robot import load_robot
+from humanoid_rail.paper.cases import paper_scene, plan_case
+from humanoid_rail.planning.engines import ENGINES
 from humanoid_rail.planning.planner import METHODS, plan
 from humanoid_rail.retiming.retiming import LEAST_SPEED, retime
-from humanoid_rail.model.robot import load_robot
+from humanoid_rail.scene.obstacles import at_rest
 from humanoid_rail.scene.scene import is_of_a_scene, load_scene
 from humanoid_rail.trajectory import Status
 from humanoid_rail.viewer.playback import playback_html

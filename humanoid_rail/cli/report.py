@@ -7,8 +7,8 @@ from collections.abc import Iterator
 
 from rich.table import Table
 
-from humanoid_rail.collision.certificate import Certificate
 from humanoid_rail.cli.console import console
+from humanoid_rail.collision.certificate import Certificate
 from humanoid_rail.search.effort import PathQuality
 from humanoid_rail.trajectory import Trajectory
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import click
 
-from humanoid_rail.cli.console import Command
-from humanoid_rail.model.library import build_urdf, xacro_arguments
-from humanoid_rail.errors import InvalidInput
 from humanoid_rail._resources import resource
+from humanoid_rail.cli.console import Command
+from humanoid_rail.errors import InvalidInput
+from humanoid_rail.model.library import build_urdf, xacro_arguments
 
 
 class _Urdf(Command):

@@ -7,8 +7,8 @@ import click
 from humanoid_rail.cli.console import Command, progress
 from humanoid_rail.cli.plan_folder_options import GROUP, reads_a_plan
 from humanoid_rail.cli.report import report_certificate
-from humanoid_rail.planning.engines import ENGINES
 from humanoid_rail.io.plan_folder import read_plan
+from humanoid_rail.planning.engines import ENGINES
 from humanoid_rail.planning.verification import verify
 
 

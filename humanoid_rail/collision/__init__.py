@@ -1,0 +1,1 @@
+"""Proofs that a motion touches nothing, including between samples."""

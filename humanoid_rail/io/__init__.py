@@ -1,0 +1,1 @@
+"""Files: plans in folders, and exports to the formats of other tools."""

@@ -1,37 +1,45 @@
-"""Trajectories in the formats of other tools."""
+"""Trajectories in the formats of other tools. A format is added by an entry of `FORMATS`."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping
-from io import BytesIO
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-import numpy as np
-
-from humanoid_rail._arrays import Array
-from humanoid_rail.io.mujoco.actuators import drives, gravity_load
 from humanoid_rail.errors import InvalidInput, check_kind
-from humanoid_rail.io.trajectory_files import SUMMARY, csv_bytes, npz_bytes, write_files
-from humanoid_rail.io.mujoco.mjcf import mjcf
-from humanoid_rail.scene.obstacles import is_moving
+from humanoid_rail.io.files import write_files
+from humanoid_rail.io.robot_motion import check_motion
+from humanoid_rail.io.ros import joint_trajectory, json_text, yaml_text
+from humanoid_rail.io.tables import csv_bytes, npz_bytes
+from humanoid_rail.io.trajectory_files import SUMMARY
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.trajectory import Trajectory
-from humanoid_rail.planning.verification import check_robot
 
-FORMATS: Mapping[str, str] = {
-    "csv": "a table: times, joints, hands",
-    "npz": "NumPy arrays",
-    "ros-json": "ROS 2 trajectory_msgs/JointTrajectory as JSON",
-    "ros-yaml": "ROS 2 trajectory_msgs/JointTrajectory as YAML, for ros2 topic pub",
-    "mujoco": "a folder with a MuJoCo model of robot and scene, the motion and a player",
-}
-"""What :func:`export` can write, by name."""
 
-_NANOSECONDS = 10**9
-_LAST_SECOND = 2**31 - 1
+@dataclass(frozen=True)
+class Job:
+    """What is to be exported, and where to."""
+
+    trajectory: Trajectory
+    robot: Robot
+    scene: Scene
+    out: Path
+    """The file, or the folder, to write."""
+    passive: bool
+    """Whether the passive joints were asked for; only in formats that take the question."""
+
+
+@dataclass(frozen=True)
+class Format:
+    """A format of another tool."""
+
+    description: str
+    """What it is, in a few words."""
+    write: Callable[[Job], tuple[Path, ...]]
+    """Writes what is to be exported and returns the files written."""
+    has_passive: bool = False
+    """Whether there is a choice to have the passive joints too."""
 
 
 def export(
@@ -56,28 +64,25 @@ def export(
     """
     if not isinstance(format, str) or format not in FORMATS:
         raise InvalidInput("format", format, f"one of {', '.join(FORMATS)}")
-    _check(trajectory, robot)
+    check_motion(trajectory, robot)
     check_kind("scene", scene, Scene)
     if not isinstance(out, str | Path):
         raise InvalidInput("out", out, "the name of a file, or of a folder for mujoco")
-    if passive and not format.startswith("ros"):
+    if passive and not FORMATS[format].has_passive:
         raise InvalidInput("passive", passive, f"False with {format}, which has no passive joints to choose")
-    out = Path(out)
-    if format == "mujoco":
-        return write_files(out, _mujoco(trajectory, robot, scene))
+    return FORMATS[format].write(Job(trajectory, robot, scene, Path(out), passive))
+
+
+def _write_file(out: Path, content: bytes) -> tuple[Path, ...]:
+    """Write an export of one file.
+
+    Raises:
+        InvalidInput: If it is no name of a file, may be part of a plan, or cannot be written to.
+    """
     if not out.name or _is_folder(out):
         raise InvalidInput("out", str(out), "the name of a file to write, not of a folder")
     if (out.parent / SUMMARY).exists() and out.exists():
         raise InvalidInput("out", str(out), "a new name: this file may be of the plan in that folder")
-    match format:
-        case "csv":
-            content = csv_bytes(trajectory)
-        case "npz":
-            content = npz_bytes(trajectory)
-        case "ros-json":
-            content = _json(joint_trajectory(trajectory, robot, passive=passive)).encode()
-        case _:
-            content = _yaml(joint_trajectory(trajectory, robot, passive=passive)).encode()
     return write_files(out.parent, {out.name: content})
 
 
@@ -88,130 +93,38 @@ def _is_folder(path: Path) -> bool:
         return False
 
 
-def joint_trajectory(trajectory: Trajectory, robot: Robot, *, passive: bool = False) -> dict[str, Any]:
-    """Return a motion as plain data with the fields of ROS 2's `trajectory_msgs/msg/JointTrajectory`.
-
-    Velocities and accelerations are those of the timing, and empty without one. Times are rounded to nanoseconds.
-
-    Args:
-        trajectory: The motion.
-        robot: The robot that it was planned for.
-        passive: Whether the joints that follow others are there too, in Pinocchio's order.
-
-    Raises:
-        InvalidInput: If the motion is not one of this robot, or its times in nanoseconds do not increase.
-    """
-    _check(trajectory, robot)
-    columns: list[Array] = [trajectory.q]
-    if trajectory.timing is not None:
-        columns += [trajectory.timing.velocity, trajectory.timing.acceleration]
-    if passive:
-        columns = _full(robot, columns)
-    rows = zip(_durations(trajectory.t), *(column.tolist() for column in columns), strict=True)
-    points = []
-    for time, positions, *derivatives in rows:
-        velocities, accelerations = derivatives or ([], [])
-        points.append(
-            {
-                "positions": positions,
-                "velocities": velocities,
-                "accelerations": accelerations,
-                "effort": [],
-                "time_from_start": time,
-            }
-        )
-    return {
-        "header": {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""},
-        "joint_names": list(robot.model.names)[1:] if passive else list(robot.joint_names),
-        "points": points,
-    }
+def _write_csv(job: Job) -> tuple[Path, ...]:
+    return _write_file(job.out, csv_bytes(job.trajectory))
 
 
-def _check(trajectory: Trajectory, robot: Robot) -> None:
-    """Check that a motion is one of a robot, in finite numbers.
-
-    Raises:
-        InvalidInput: If it is not.
-    """
-    check_robot(robot, trajectory)
-    arrays = {"t": trajectory.t, "q": trajectory.q}
-    if trajectory.timing is not None:
-        arrays |= {"velocity": trajectory.timing.velocity, "acceleration": trajectory.timing.acceleration}
-    for field, array in arrays.items():
-        if not np.isfinite(array).all():
-            raise InvalidInput(f"trajectory.{field}", array, "finite numbers")
+def _write_npz(job: Job) -> tuple[Path, ...]:
+    return _write_file(job.out, npz_bytes(job.trajectory))
 
 
-def _full(robot: Robot, columns: list[Array]) -> list[Array]:
-    """Return positions and derivatives (N, n) of the actuated joints as those of all joints (N, nq)."""
-    positions, *derivatives = columns
-    return [positions @ robot.coupling.T + robot.offset, *(column @ robot.coupling.T for column in derivatives)]
+def _write_ros_json(job: Job) -> tuple[Path, ...]:
+    message = joint_trajectory(job.trajectory, job.robot, passive=job.passive)
+    return _write_file(job.out, json_text(message).encode())
 
 
-def _durations(t: Array) -> list[dict[str, int]]:
-    """Return times in s as ROS has them."""
-    nanoseconds = [round(time * _NANOSECONDS) for time in t.tolist()]
-    if nanoseconds[0] < 0 or nanoseconds[-1] > _LAST_SECOND * _NANOSECONDS or (np.diff(nanoseconds) <= 0).any():
-        raise InvalidInput("trajectory.t", t, "times from 0 to 68 years that increase by a nanosecond or more")
-    return [{"sec": time // _NANOSECONDS, "nanosec": time % _NANOSECONDS} for time in nanoseconds]
+def _write_ros_yaml(job: Job) -> tuple[Path, ...]:
+    message = joint_trajectory(job.trajectory, job.robot, passive=job.passive)
+    return _write_file(job.out, yaml_text(message).encode())
 
 
-def _json(message: Mapping[str, Any]) -> str:
-    """Return a JointTrajectory as JSON, a point a line."""
-    points = ",\n".join(f"  {_flow(point)}" for point in message["points"])
-    header, joints = _flow(message["header"]), _flow(message["joint_names"])
-    return f'{{\n"header": {header},\n"joint_names": {joints},\n"points": [\n{points}\n]\n}}\n'
+def _write_mujoco(job: Job) -> tuple[Path, ...]:
+    # Only this format needs what draws and simulates.
+    from humanoid_rail.io.mujoco.folder import mujoco_files
+
+    return write_files(job.out, mujoco_files(job.trajectory, job.robot, job.scene))
 
 
-def _yaml(message: Mapping[str, Any]) -> str:
-    """Return a JointTrajectory as YAML."""
-    lines = [f"header: {_flow(message['header'])}", f"joint_names: {_flow(message['joint_names'])}", "points:"]
-    for point in message["points"]:
-        entries = [f"{name}: {_flow(value)}" for name, value in point.items()]
-        lines += [f"- {entries[0]}", *(f"  {entry}" for entry in entries[1:])]
-    return "\n".join(lines) + "\n"
-
-
-def _flow(value: object) -> str:
-    """Return plain data as text that JSON, YAML 1.1 and YAML 1.2 read alike and without loss."""
-    match value:
-        case dict():
-            return "{" + ", ".join(f"{json.dumps(name)}: {_flow(item)}" for name, item in value.items()) + "}"
-        case list():
-            return f"[{', '.join(map(_flow, value))}]"
-        case float():
-            # To YAML 1.1, and so to ros2 topic pub, 1e-05 is a string.
-            text = repr(value)
-            return text if "." in text else text.replace("e", ".0e")
-        case _:
-            return json.dumps(value, ensure_ascii=False)
-
-
-def _mujoco(trajectory: Trajectory, robot: Robot, scene: Scene) -> dict[str, bytes]:
-    """Return the files of an export to MuJoCo."""
-    if trajectory.timing is None:
-        valid = (
-            "a retimed motion, by retime() or plan --timing fastest: drives cannot follow one that starts at full speed"
-        )
-        raise InvalidInput("trajectory.timing", None, valid)
-    if len(trajectory.t) < 2:
-        raise InvalidInput("trajectory.t", trajectory.t, "a motion of two samples or more")
-    gains, load = drives(robot, trajectory.q), gravity_load(robot, trajectory.q)
-    kp, kv = (np.array([getattr(drive, gain) for drive in gains]) for gain in ("kp", "kv"))
-    ctrl = trajectory.q + (kv * trajectory.timing.velocity + load) / kp
-    qpos, qvel = _full(robot, [trajectory.q, trajectory.timing.velocity])
-    velocities = np.array([obstacle.velocity for obstacle in scene.obstacles if is_moving(obstacle)]).reshape(-1, 3)
-    arrays = {
-        "time": trajectory.t,
-        "qpos": qpos,
-        "qvel": qvel,
-        "load": load,
-        "ctrl": ctrl,
-        "hands": trajectory.hands,
-        "mocap": trajectory.t[:, None, None] * velocities,
-    }
-    buffer = BytesIO()
-    np.savez_compressed(buffer, **arrays)
-    player = Path(__file__).with_name("mujoco_player.py").read_bytes()
-    model = mjcf(robot, scene, trajectory, gains, ctrl[0])
-    return {"scene.xml": model.encode(), "motion.npz": buffer.getvalue(), "play.py": player}
+FORMATS: Mapping[str, Format] = {
+    "csv": Format("a table: times, joints, hands", _write_csv),
+    "npz": Format("NumPy arrays", _write_npz),
+    "ros-json": Format("ROS 2 trajectory_msgs/JointTrajectory as JSON", _write_ros_json, has_passive=True),
+    "ros-yaml": Format(
+        "ROS 2 trajectory_msgs/JointTrajectory as YAML, for ros2 topic pub", _write_ros_yaml, has_passive=True
+    ),
+    "mujoco": Format("a folder with a MuJoCo model of robot and scene, the motion and a player", _write_mujoco),
+}
+"""What :func:`export` can write, by name."""

@@ -9,8 +9,8 @@ import numpy as np
 from humanoid_rail._arrays import Array
 from humanoid_rail.model.robot import Robot
 
-# Rounding of a configuration that an integrator or a file has been through, in m, rad, m/s and rad/s.
 ROUNDING = 1e-9
+"""An excess that rounding in an integrator or a file explains is none, in m, rad, m/s and rad/s."""
 
 
 @dataclass(frozen=True)
@@ -29,8 +29,8 @@ class Violation:
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
-    """Where and how fast a motion is at some times."""
+class JointMotion:
+    """Positions and velocities of the joints at some times."""
 
     t: Array
     """Times (N,), s."""
@@ -42,13 +42,13 @@ class Motion:
     """(N, n), m/s^2 and rad/s^2; None for a motion that is linear between its samples, and has none."""
 
 
-def sampled(t: Array, q: Array) -> Motion:
+def sampled(t: Array, q: Array) -> JointMotion:
     """Return a motion that is linear between its samples, with the velocity of the interval that begins at each."""
     velocity = np.diff(q, axis=0) / np.diff(t)[:, None]
-    return Motion(t, q, np.vstack([velocity, np.zeros((1, q.shape[1]))]))
+    return JointMotion(t, q, np.vstack([velocity, np.zeros((1, q.shape[1]))]))
 
 
-def limit_violations(robot: Robot, *motions: Motion) -> tuple[Violation, ...]:
+def limit_violations(robot: Robot, *motions: JointMotion) -> tuple[Violation, ...]:
     """Return for each joint the worst excess over its limits of position, velocity and acceleration."""
     t = np.concatenate([motion.t for motion in motions])
     q = np.vstack([motion.q for motion in motions])

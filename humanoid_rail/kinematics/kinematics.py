@@ -1,6 +1,6 @@
 """What is true of a robot among obstacles at one configuration: eq. 2.1, 2.2, 3.4 and the psi of eq. 3.3.
 
-This is the reference; `native.py` has the same in C++.
+This is the reference, to be read; `native_kinematics.py` has the same in C++.
 
 Shapes: n actuated joints, h hands, L links (collision bodies), O obstacles, K convex pieces of all obstacles, P pairs
 of links to check against each other. Metres and radians, in the base frame.
@@ -8,8 +8,10 @@ of links to check against each other. Metres and radians, in the base frame.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import NamedTuple
+import threading
+from collections.abc import Callable
+from functools import wraps
+from typing import Concatenate, NamedTuple, ParamSpec, TypeVar
 
 import coal
 import numpy as np
@@ -17,79 +19,29 @@ import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
 from humanoid_rail._arrays import Array
-from humanoid_rail.scene.obstacles import Obstacle
+from humanoid_rail.kinematics.manipulability import manipulability, manipulability_gradient
+from humanoid_rail.kinematics.state import Clearances, Course, Measurement, State
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.scene.obstacles import Obstacle
 from humanoid_rail.scene.shapes import PlacedShape, placed_shapes
 
-# A singular value this much smaller than the largest is 0 up to rounding.
-ZERO = 1e-14
+P = ParamSpec("P")
+R = TypeVar("R")
 
 
-class Clearances(NamedTuple):
-    """Signed distances of pairs of bodies, and how they change."""
+def _one_at_a_time(method: Callable[Concatenate[Kinematics, P], R]) -> Callable[Concatenate[Kinematics, P], R]:
+    """Have calls from several threads wait for one another: they share Pinocchio's workspace."""
 
-    distance: Array
-    """(...), m; negative in penetration."""
-    gradient: Array
-    """With respect to q (..., n)."""
-    rate: Array
-    """With respect to time, by the obstacles' own motion (...), m/s."""
+    @wraps(method)
+    def waiting(self: Kinematics, *arguments: P.args, **named: P.kwargs) -> R:
+        with self._lock:
+            return method(self, *arguments, **named)
 
-
-@dataclass(frozen=True, eq=False)
-class State:
-    """Everything that eq. 4.9 and its constraints need to know at a configuration. Its arrays are read-only."""
-
-    q: Array
-    """Configuration (n,), m and rad."""
-    hands: Array
-    """f(q) of eq. 2.1: positions of the hands (h, 3), m."""
-    jacobian: Array
-    """J of eq. 2.2 (3h, n), the hands in order."""
-    manipulability: float
-    """mu of eq. 3.4."""
-    manipulability_gradient: Array
-    """d mu / dq (n,); see :func:`manipulability_gradient` for what it is where mu is 0."""
-    clearance: Array
-    """psi of eq. 3.3 (L, O): signed distance of each link from each obstacle, m; negative in penetration."""
-    clearance_gradient: Array
-    """d psi / dq (L, O, n)."""
-    pieces: Clearances
-    """The clearances of each link from each convex piece (L, K): those from the obstacles, if none has several."""
-    links: Clearances
-    """The clearances of pairs of links (P,), in the order of `Robot.self_collision_pairs`."""
-
-    def __post_init__(self) -> None:
-        for value in (*vars(self).values(), *self.pieces, *self.links):
-            if isinstance(value, np.ndarray):
-                value.flags.writeable = False
-
-
-class Measurement(NamedTuple):
-    """The values of a :class:`State` without its derivatives."""
-
-    hands: Array
-    """(h, 3), m."""
-    manipulability: float
-    clearance: Array
-    """(L, O), m; infinite where it was not asked for."""
-    self_clearance: Array
-    """Of pairs of links (P,), m."""
-
-
-class Course(NamedTuple):
-    """What is true along a motion of N configurations."""
-
-    hands: Array
-    """(N, h, 3), m."""
-    manipulability: Array
-    """(N,)."""
-    clearance: Array
-    """Signed distance of the nearest link from each obstacle (N, O), m; infinite where it was not asked for."""
+    return waiting
 
 
 class Kinematics:
-    """A robot among obstacles, with the workspace that Pinocchio and coal need. Not to be shared between threads."""
+    """A robot among obstacles, with the workspace that Pinocchio and coal need. Threads may share it."""
 
     def __init__(self, robot: Robot, obstacles: tuple[Obstacle, ...] = ()) -> None:
         self.robot = robot
@@ -102,7 +54,9 @@ class Kinematics:
         self._data = robot.model.createData()
         self._bodies = robot.collision_model.createData()
         self._request = coal.DistanceRequest()
+        self._lock = threading.RLock()
 
+    @_one_at_a_time
     def state(self, q: ArrayLike, t: float = 0.0) -> State:
         """Return everything that eq. 4.9 and its constraints need to know at a configuration (n,) and a time in s."""
         q = np.array(q, float)
@@ -111,15 +65,19 @@ class Kinematics:
         pin.computeJointKinematicHessians(model, data, full)
         self._place()
         jacobians = [self._hand_jacobian(hand.frame) for hand in robot.hands]
-        arms = [J[:, robot.arm_columns(hand)] for J, hand in zip(jacobians, robot.hands, strict=True)]
+        arms = [J[:3, robot.arm_columns(hand)] for J, hand in zip(jacobians, robot.hands, strict=True)]
         arm_derivatives = [self._hand_hessian(hand.frame)[:, robot.arm_columns(hand), :] for hand in robot.hands]
         links, link_jacobians = self._links(), [self._link_jacobian(i) for i in range(len(robot.link_names))]
         pieces = self._piece_clearances(t, links, link_jacobians)
         nearest = self._nearest_pieces(pieces.distance)
         return State(
             q=q,
+            t=t,
+            robot=robot,
             hands=self._hands(),
-            jacobian=np.vstack(jacobians),
+            rotations=np.array([self._data.oMf[model.getFrameId(hand.frame)].rotation for hand in robot.hands]),
+            jacobian=np.vstack([J[:3] for J in jacobians]),
+            angular_jacobian=np.vstack([J[3:] for J in jacobians]),
             manipulability=manipulability(arms),
             manipulability_gradient=manipulability_gradient(arms, arm_derivatives),
             clearance=np.take_along_axis(pieces.distance, nearest, axis=1),
@@ -128,20 +86,21 @@ class Kinematics:
             links=self._link_clearances(links, link_jacobians),
         )
 
+    @_one_at_a_time
     def measure(self, q: ArrayLike, horizon: float = np.inf, t: float = 0.0) -> Measurement:
         """Return hands, manipulability and clearances at a configuration (n,), without derivatives.
 
         Args:
             q: Configuration (n,), m and rad.
-            horizon: Clearances beyond it are given as infinite, save the smallest of all, m. Those of pairs of links
-                are given in any case.
-            t: When, which matters where obstacles move, s.
+            horizon: Clearances beyond it are infinite, except for the smallest of all, m. Those of pairs of links are
+                given in any case.
+            t: Time, which matters where obstacles move, s.
         """
         robot = self.robot
         full = robot.full_configuration(q)
         pin.computeJointJacobians(robot.model, self._data, full)
         self._place()
-        arms = [self._hand_jacobian(hand.frame)[:, robot.arm_columns(hand)] for hand in robot.hands]
+        arms = [self._hand_jacobian(hand.frame)[:3, robot.arm_columns(hand)] for hand in robot.hands]
         links = self._links()
         shape = (len(links), len(self._pieces))
         distances = [[self._nearest(link, piece.at(t)).distance for piece in self._pieces] for link in links]
@@ -150,6 +109,7 @@ class Kinematics:
         between = [self._nearest(links[a], links[b]).distance for a, b in robot.self_collision_pairs]
         return Measurement(self._hands(), manipulability(arms), _up_to(horizon, clearance), np.array(between))
 
+    @_one_at_a_time
     def along(self, q: ArrayLike, horizon: float = np.inf, t: ArrayLike | None = None) -> Course:
         """Return the same for each configuration of a motion (N, n), clearances those of the nearest link.
 
@@ -167,16 +127,19 @@ class Kinematics:
             clearance=np.array([m.clearance.min(axis=0) for m in measured]),
         )
 
+    @_one_at_a_time
     def hand_positions(self, q: ArrayLike) -> Array:
         """Return f(q) of eq. 2.1 (h, 3), m."""
         pin.framesForwardKinematics(self.robot.model, self._data, self.robot.full_configuration(q))
         return self._hands()
 
+    @_one_at_a_time
     def stick_figure(self, q: ArrayLike) -> Array:
         """Return the origins (joints + h, 3) of all joints, passive ones included, and of the hands, m."""
         pin.framesForwardKinematics(self.robot.model, self._data, self.robot.full_configuration(q))
         return np.vstack([[M.translation for M in list(self._data.oMi)[1:]], self._hands()])
 
+    @_one_at_a_time
     def bones(self, q: ArrayLike) -> Array:
         """Return the two end points (L, 2, 3) of the axis of every link, m. All links have to be capsules."""
         pin.forwardKinematics(self.robot.model, self._data, self.robot.full_configuration(q))
@@ -199,10 +162,10 @@ class Kinematics:
         return np.array([self._data.oMf[model.getFrameId(hand.frame)].translation for hand in self.robot.hands])
 
     def _hand_jacobian(self, frame: str) -> Array:
-        """Return J of one hand (3, n): J_full S."""
+        """Return the linear and angular Jacobian of one hand (6, n): J_full S."""
         model, data = self.robot.model, self._data
         J = pin.getFrameJacobian(model, data, model.getFrameId(frame), pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
-        hand: Array = J[:3] @ self.robot.coupling
+        hand: Array = J @ self.robot.coupling
         return hand
 
     def _hand_hessian(self, frame: str) -> Array:
@@ -273,7 +236,7 @@ class Kinematics:
 
 
 def _up_to(horizon: float, clearance: Array) -> Array:
-    """Return clearances with those beyond the horizon infinite, save the smallest."""
+    """Return clearances with those beyond the horizon infinite, except for the smallest."""
     return np.where(clearance <= max(horizon, clearance.min(initial=np.inf)), clearance, np.inf)
 
 
@@ -302,40 +265,3 @@ class _Nearest(NamedTuple):
         """A unit force along the normal at the point, and its moment about the base's origin."""
         (x, y, z), (a, b, c) = self.point, self.normal
         return np.array([a, b, c, y * c - z * b, z * a - x * c, x * b - y * a])
-
-
-def manipulability(arms: list[Array]) -> float:
-    """Return mu = sqrt(det(J_arms J_arms^T)), eq. 3.4 (Yoshikawa 1985).
-
-    J_arms is block diagonal, so its singular values are those of its blocks, and mu is their product.
-
-    Args:
-        arms: The blocks of J_arms, (3, k) each with k not less than 3.
-    """
-    return float(np.prod(np.concatenate([np.linalg.svd(J, compute_uv=False) for J in arms])))
-
-
-def manipulability_gradient(arms: list[Array], derivatives: list[Array]) -> Array:
-    """Return d mu / dq (n,).
-
-    d mu / dq_k = mu tr(J_arms^# dJ_arms/dq_k). With J_arms = sum_i sigma_i u_i v_i^T this is
-    sum_i (prod_{j != i} sigma_j) u_i^T dJ_arms/dq_k v_i, which needs no division and stays exact next to singularities.
-
-    Where mu is 0 it is at its minimum and, like |x| at 0, in general not differentiable: the gradient is then taken
-    as 0, which is an element of Clarke's generalised gradient. A motion that starts there gets no push from mu.
-
-    Args:
-        arms: The blocks of J_arms, (3, k) each.
-        derivatives: dJ/dq of each block, (3, k, n).
-    """
-    decompositions = [np.linalg.svd(J, full_matrices=False) for J in arms]
-    sigma = np.concatenate([s for _, s, _ in decompositions])
-    gradient = np.zeros(derivatives[0].shape[2])
-    if sigma.min() <= ZERO * sigma.max():
-        return gradient
-    i = 0
-    for (U, _, Vt), dJ in zip(decompositions, derivatives, strict=True):
-        for u, v in zip(U.T, Vt, strict=True):
-            gradient += np.prod(np.delete(sigma, i)) * np.einsum("x,xcn,c->n", u, dJ, v)
-            i += 1
-    return gradient

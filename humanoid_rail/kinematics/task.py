@@ -1,92 +1,293 @@
-"""What the hands have to do next: the steps of a scene as points that have to reach points.
+"""Tasks: what is to be reached, as errors that are to become 0.
 
-How a hand is turned is where its points are: one behind its own gives the direction it points in, and two, on different
-axes, its orientation. So whatever moves points turns hands too, and their errors are all in metres.
+A task has an error e(q) and its Jacobian de/dq, as in Pink. Errors are what is there minus what is wanted, so that eq.
+4.6 with the stacked rows of all tasks makes them decay. Anything with `rows`, `error`, `jacobian` and `drift` is a task;
+those of this module also exist in the native engine, and others are called back from there.
+
+Shapes: m rows, n actuated joints. The targets of a scene become tasks by :func:`tasks_of`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 import pinocchio as pin
 
-from humanoid_rail._arrays import Array, FrozenArrays, frozen
+from humanoid_rail._arrays import Array
+from humanoid_rail.errors import InvalidInput
+from humanoid_rail.kinematics.state import State
 from humanoid_rail.model.robot import Hand, Robot
-from humanoid_rail.scene.scene import Scene
-from humanoid_rail.scene.targets import Pose, Step, direction, is_oriented, position
+from humanoid_rail.scene.targets import Pose, Step, direction, position
 
 LEVER = 0.3
-"""How far from a hand's own point the others are, m: at 1e-7 m an orientation is precise to 3e-7 rad."""
+"""The points that give a hand its orientation are this far from its own point, m: where errors are below 1e-7 m, an
+orientation is right to 3e-7 rad."""
 
 
-@dataclass(frozen=True, eq=False)
-class Task(FrozenArrays):
-    """Points of the robot, and where they have to be."""
-
-    robot: Robot
-    """With the hands alone that have targets, h of them."""
-    targets: Array
-    """x_f (h, 3), m."""
-    posed: Robot
-    """With further points on the hands that have to be turned, p in all; the same robot if none has. For inverse
-    kinematics: its Jacobian has dependent rows, and its manipulability means nothing."""
-    points: Array
-    """Where these have to be (p, 3), m."""
-    owners: tuple[int, ...]
-    """Which of the h hands each of them is on (p,)."""
+@runtime_checkable
+class Task(Protocol):
+    """Something to be reached: the error of a state, which is to become 0."""
 
     @property
-    def is_oriented(self) -> bool:
-        """Whether a hand has to be turned in some way."""
-        return self.posed is not self.robot
+    def rows(self) -> int:
+        """The number m of rows."""
+        ...
+
+    def error(self, state: State) -> Array:
+        """Return e (m,)."""
+        ...
+
+    def jacobian(self, state: State) -> Array:
+        """Return de/dq (m, n)."""
+        ...
+
+    def drift(self, state: State, velocity: Array) -> Array:
+        """Return what e'' has beside the Jacobian times q'' (m,): J_dot q_dot for a velocity (n,)."""
+        ...
 
 
-def tasks_of(robot: Robot, scene: Scene) -> Iterator[Task]:
-    """Yield the task of each step of a scene that was checked."""
-    robots = {robot.hand_names: robot}
-    for step in scene.steps:
-        names = tuple(name for name in robot.hand_names if step[name] is not None)
-        if names not in robots:
-            robots[names] = replace(robot, hands=tuple(hand for hand in robot.hands if hand.name in names))
-        yield _task(robots[names], step)
+@dataclass(frozen=True)
+class PointTask:
+    """A point of a hand that has to be at a place: e = p + R offset - target, in m."""
+
+    hand: str
+    """Name of the hand."""
+    target: tuple[float, float, float]
+    """Where the point has to be, in the base frame, m."""
+    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Where the point is in the hand's frame, m; by default the hand's own point."""
+
+    @property
+    def rows(self) -> int:
+        """3."""
+        return 3
+
+    def error(self, state: State) -> Array:
+        """Return e (3,), m."""
+        h = state.robot.hand(self.hand)
+        error: Array = state.hands[h] + state.rotations[h] @ np.array(self.offset) - np.array(self.target)
+        return error
+
+    def jacobian(self, state: State) -> Array:
+        """Return de/dq (3, n): J_v - [R offset]x J_w."""
+        rows = _rows_of(state.robot.hand(self.hand))
+        arm = state.rotations[rows.start // 3] @ np.array(self.offset)
+        J: Array = state.jacobian[rows] - pin.skew(arm) @ state.angular_jacobian[rows]
+        return J
+
+    def drift(self, state: State, velocity: Array) -> Array:
+        """Return J_dot q_dot (3,), m/s^2: the acceleration of the point while q_dot is constant."""
+        h = state.robot.hand(self.hand)
+        acceleration, angular, spin = hand_drift(state, self.hand, velocity)
+        arm = state.rotations[h] @ np.array(self.offset)
+        drift: Array = acceleration + np.cross(angular, arm) + np.cross(spin, np.cross(spin, arm))
+        return drift
 
 
-def rows_of(robot: Robot, task: Task) -> list[int]:
-    """Return which of the coordinates of all hands (3h) are those of the task's."""
-    return [3 * robot.hand_names.index(name) + axis for name in task.robot.hand_names for axis in range(3)]
+@dataclass(frozen=True)
+class DirectionTask:
+    """A hand that has to point in a direction, and may turn about it: e = lever (R pointing - direction), in m.
+
+    Two of its three rows are independent.
+    """
+
+    hand: str
+    """Name of the hand."""
+    direction: tuple[float, float, float]
+    """Where to point, in the base frame; of any length but 0."""
+    pointing: tuple[float, float, float] | None = None
+    """What of the hand has to point there, in its frame; the robot's own if not given."""
+    lever: float = LEVER
+    """What turns an angle into an error in m."""
+
+    @property
+    def rows(self) -> int:
+        """3."""
+        return 3
+
+    def axis(self, robot: Robot) -> Array:
+        """Return the unit vector (3,) in the hand's frame that has to point in the direction."""
+        return _unit(robot.hands[robot.hand(self.hand)].pointing if self.pointing is None else self.pointing)
+
+    def error(self, state: State) -> Array:
+        """Return e (3,), m."""
+        axis = state.rotations[state.robot.hand(self.hand)] @ self.axis(state.robot)
+        error: Array = self.lever * (axis - _unit(self.direction))
+        return error
+
+    def jacobian(self, state: State) -> Array:
+        """Return de/dq (3, n): -lever [R pointing]x J_w."""
+        rows = _rows_of(state.robot.hand(self.hand))
+        axis = state.rotations[rows.start // 3] @ self.axis(state.robot)
+        J: Array = -self.lever * pin.skew(axis) @ state.angular_jacobian[rows]
+        return J
+
+    def drift(self, state: State, velocity: Array) -> Array:
+        """Return J_dot q_dot (3,), m/s^2."""
+        _, angular, spin = hand_drift(state, self.hand, velocity)
+        axis = state.rotations[state.robot.hand(self.hand)] @ self.axis(state.robot)
+        drift: Array = self.lever * (np.cross(angular, axis) + np.cross(spin, np.cross(spin, axis)))
+        return drift
 
 
-def _task(robot: Robot, step: Step) -> Task:
-    targets = frozen([position(target) for name in robot.hand_names if (target := step[name]) is not None])
-    if not any(is_oriented(step[name]) for name in robot.hand_names):
-        return Task(robot, targets, robot, targets, tuple(range(len(targets))))
-    model, hands, points, owners = pin.Model(robot.model), list(robot.hands), list(targets), list(range(len(targets)))
-    for owner, hand in enumerate(robot.hands):
-        target = step[hand.name]
-        if isinstance(target, Pose):
-            for number, (offset, point) in enumerate(_further_points(hand, target)):
-                name = f"{hand.frame} point {number}"
-                model.addFrame(_shifted(model.frames[model.getFrameId(hand.frame)], name, offset))
-                hands.append(Hand(f"{hand.name} point {number}", name, hand.arm))
-                points.append(point)
-                owners.append(owner)
-    return Task(robot, targets, replace(robot, model=model, hands=tuple(hands)), frozen(points), tuple(owners))
+@dataclass(frozen=True)
+class RelativeTask:
+    """Two hands that have to be in a relation: e = p_second - p_first - difference, in the base frame, in m."""
+
+    first: str
+    """Name of the one hand."""
+    second: str
+    """Name of the other."""
+    difference: tuple[float, float, float]
+    """Where the second hand has to be from the first, in the base frame, m."""
+
+    @property
+    def rows(self) -> int:
+        """3."""
+        return 3
+
+    def error(self, state: State) -> Array:
+        """Return e (3,), m."""
+        first, second = (state.robot.hand(name) for name in (self.first, self.second))
+        error: Array = state.hands[second] - state.hands[first] - np.array(self.difference)
+        return error
+
+    def jacobian(self, state: State) -> Array:
+        """Return de/dq (3, n): J_second - J_first."""
+        first, second = (_rows_of(state.robot.hand(name)) for name in (self.first, self.second))
+        J: Array = state.jacobian[second] - state.jacobian[first]
+        return J
+
+    def drift(self, state: State, velocity: Array) -> Array:
+        """Return J_dot q_dot (3,), m/s^2."""
+        first, second = (hand_drift(state, name, velocity)[0] for name in (self.first, self.second))
+        drift: Array = second - first
+        return drift
 
 
-def _further_points(hand: Hand, pose: Pose) -> Iterator[tuple[Array, Array]]:
-    """Yield offsets in a hand's frame (3,), and where the points there have to be (3,), m."""
-    place, pointing = np.array(pose.position), np.array(hand.pointing) / np.linalg.norm(hand.pointing)
+@dataclass(frozen=True)
+class ConfigurationTask:
+    """Joints that have to be at positions: e = q_i - target_i, in m and rad."""
+
+    joints: tuple[str, ...]
+    """Names of the actuated joints."""
+    target: tuple[float, ...]
+    """Where each has to be, m or rad."""
+
+    def __post_init__(self) -> None:
+        if len(self.joints) != len(self.target) or not self.joints:
+            raise InvalidInput("target", self.target, f"a number for each of the joints {', '.join(self.joints)}")
+
+    @property
+    def rows(self) -> int:
+        """The number of joints."""
+        return len(self.joints)
+
+    def columns(self, robot: Robot) -> list[int]:
+        """Return the indices of the joints in q.
+
+        Raises:
+            InvalidInput: If the robot has no such joint.
+        """
+        for name in self.joints:
+            if name not in robot.joint_names:
+                raise InvalidInput("joints", name, f"actuated joints: {', '.join(robot.joint_names)}")
+        return [robot.joint_names.index(name) for name in self.joints]
+
+    def error(self, state: State) -> Array:
+        """Return e (m,), m and rad."""
+        error: Array = state.q[self.columns(state.robot)] - np.array(self.target)
+        return error
+
+    def jacobian(self, state: State) -> Array:
+        """Return de/dq (m, n): rows of the identity."""
+        return np.eye(state.q.size)[self.columns(state.robot)]
+
+    def drift(self, state: State, velocity: Array) -> Array:
+        """Return J_dot q_dot (m,), which is 0."""
+        return np.zeros(self.rows)
+
+
+def stack_error(state: State, tasks: Sequence[Task]) -> Array:
+    """Return the errors of tasks one after the other: e (m,) of eq. 4.1 for points, m."""
+    return np.concatenate([task.error(state) for task in tasks])
+
+
+def stack_jacobian(state: State, tasks: Sequence[Task]) -> Array:
+    """Return the Jacobians of tasks one below the other (m, n)."""
+    return np.vstack([task.jacobian(state) for task in tasks])
+
+
+def count_rows(tasks: Sequence[Task]) -> int:
+    """Return the number of rows of tasks."""
+    return sum(task.rows for task in tasks)
+
+
+def hand_drift(state: State, hand: str, velocity: Array) -> tuple[Array, Array, Array]:
+    """Return the linear and angular acceleration of a hand (3,) while q_dot is constant, and its angular velocity (3,).
+
+    In the base frame, m/s^2, rad/s^2 and rad/s.
+
+    Args:
+        state: The robot at q.
+        hand: Name of the hand.
+        velocity: q_dot (n,), m/s and rad/s.
+    """
+    robot = state.robot
+    model, data = robot.model, robot.model.createData()
+    pin.forwardKinematics(
+        model, data, robot.full_configuration(state.q), robot.coupling @ np.asarray(velocity), np.zeros(model.nv)
+    )
+    frame = model.getFrameId(robot.hands[robot.hand(hand)].frame)
+    aligned = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+    pin.updateFramePlacement(model, data, frame)
+    acceleration = pin.getFrameClassicalAcceleration(model, data, frame, aligned)
+    return acceleration.linear, acceleration.angular, pin.getFrameVelocity(model, data, frame, aligned).angular
+
+
+def tasks_of(robot: Robot, step: Step) -> tuple[Task, ...]:
+    """Return the tasks of a step of a scene that was checked: first the points of all hands, then how they are turned.
+
+    The orientation of a hand is where its points are: one behind its own gives the direction it points in, and two on
+    different axes give its orientation. So what moves points also turns hands, and all errors are in m.
+    """
+    points: list[Task] = [
+        PointTask(name, position(target)) for name in robot.hand_names if (target := step[name]) is not None
+    ]
+    turned = [
+        PointTask(hand.name, at, offset)
+        for hand in robot.hands
+        if isinstance(target := step[hand.name], Pose)
+        for offset, at in _further_points(hand, target)
+    ]
+    return (*points, *turned)
+
+
+def _further_points(hand: Hand, pose: Pose) -> Iterator[tuple[tuple[float, float, float], tuple[float, float, float]]]:
+    """Yield offsets in a hand's frame and where the points there have to be, m."""
+    place, pointing = np.array(pose.position), _unit(hand.pointing)
     towards = direction(pose, hand.pointing)
     if towards is not None:
-        yield -LEVER * pointing, place - LEVER * towards
+        yield _triple(-LEVER * pointing), _triple(place - LEVER * towards)
     if pose.rpy is not None:
         across = np.cross(pointing, np.eye(3)[abs(pointing).argmin()])
         across /= np.linalg.norm(across)
-        yield -LEVER * across, place - LEVER * pin.rpy.rpyToMatrix(*pose.rpy) @ across
+        yield _triple(-LEVER * across), _triple(place - LEVER * pin.rpy.rpyToMatrix(*pose.rpy) @ across)
 
 
-def _shifted(frame: pin.Frame, name: str, offset: Array) -> pin.Frame:
-    placement = frame.placement * pin.SE3(np.eye(3), offset)
-    return pin.Frame(name, frame.parentJoint, frame.parentFrame, placement, pin.FrameType.OP_FRAME)
+def _rows_of(hand: int) -> slice:
+    """Return the rows of a hand in the Jacobians of a state."""
+    return slice(3 * hand, 3 * hand + 3)
+
+
+def _unit(vector: Sequence[float]) -> Array:
+    unit: Array = np.array(vector, float) / np.linalg.norm(vector)
+    return unit
+
+
+def _triple(values: Array) -> tuple[float, float, float]:
+    x, y, z = values.tolist()
+    return x, y, z

@@ -1,0 +1,1 @@
+"""The robot: its data, and where robots come from."""

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import SupportsFloat
 from xml.etree import ElementTree
 
 import coal
@@ -14,16 +13,10 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from humanoid_rail._arrays import Array, FrozenArrays, frozen
-from humanoid_rail.model.library import build_urdf
 from humanoid_rail.errors import MISSING, InvalidInput
-from humanoid_rail._resources import resource
 
-# URDF has no acceleration limit; this attribute of <limit> is Drake's.
 _ACCELERATION = "{http://drake.mit.edu}acceleration"
-
-ARM_JOINTS = ("shoulder_roll", "shoulder_pitch", "upper_arm_roll", "elbow_pitch")
-INITIAL = (0.0, 0.0, np.pi / 3, np.pi / 4, *(8 * (0.0,)))
-"""q(0) of eq. 5.1: m, then rad."""
+"""URDF has no acceleration limit; this attribute of `<limit>` is Drake's."""
 
 
 @dataclass(frozen=True)
@@ -98,6 +91,21 @@ class Robot(FrozenArrays):
         full: Array = self.coupling @ np.asarray(q, float) + self.offset
         return full
 
+    def with_hands(self, names: Sequence[str]) -> Robot:
+        """Return the same robot with these of its hands alone, in its own order."""
+        hands = tuple(hand for hand in self.hands if hand.name in names)
+        return self if hands == self.hands else replace(self, hands=hands)
+
+    def hand(self, name: str) -> int:
+        """Return the index of a hand by its name.
+
+        Raises:
+            InvalidInput: If the robot has no such hand.
+        """
+        if name not in self.hand_names:
+            raise InvalidInput("hand", name, f"one of {', '.join(self.hand_names)}")
+        return self.hand_names.index(name)
+
     def arm_columns(self, hand: Hand) -> list[int]:
         """Return the indices in q of the joints of a hand's arm."""
         return [self.joint_names.index(name) for name in hand.arm]
@@ -111,33 +119,6 @@ def check_joint_names(robot: Robot, names: Sequence[str]) -> None:
     """
     if tuple(names) != robot.joint_names:
         raise InvalidInput("trajectory.joint_names", names, f"those of the robot: {', '.join(robot.joint_names)}")
-
-
-def load_robot(**xacro_args: SupportsFloat) -> Robot:
-    """Return the paper's robot.
-
-    Args:
-        **xacro_args: Arguments of `robots/humanoid_rail.urdf.xacro`, see :func:`humanoid_rail.build_urdf`; for example
-            ``link_radius=0.0`` or ``beta=1.0``.
-
-    Raises:
-        InvalidInput: If an argument is unknown or its value is not valid.
-    """
-    return paper_robot(build_urdf(**xacro_args))
-
-
-def paper_robot(urdf: str) -> Robot:
-    """Return the paper's robot from its URDF text, as :func:`humanoid_rail.build_urdf` makes it.
-
-    Raises:
-        InvalidInput: If the text is no URDF, or not one of this robot.
-    """
-    return robot_from_urdf(
-        urdf,
-        resource("robots", "humanoid_rail.srdf").read_text(encoding="utf-8"),
-        hands=[Hand(side, f"{side}_hand", tuple(f"{side}_{j}" for j in ARM_JOINTS)) for side in ("left", "right")],
-        initial=INITIAL,
-    )
 
 
 def robot_from_urdf(urdf: str, srdf: str | None, hands: Sequence[Hand], initial: ArrayLike | None = None) -> Robot:

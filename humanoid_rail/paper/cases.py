@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from humanoid_rail._resources import resource
 from humanoid_rail.errors import InvalidInput
 from humanoid_rail.kinematics.kinematics import Kinematics
-from humanoid_rail.planning.planner import plan
-from humanoid_rail._resources import resource
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.planning.methods import METHODS, GradientProjection, PlanningMethod, SafeVelocity, as_method
+from humanoid_rail.planning.planner import plan
 from humanoid_rail.scene.scene import Scene, load_scene, target_points
 from humanoid_rail.trajectory import Trajectory
 
@@ -21,26 +22,24 @@ CASES: Mapping[int, Mapping[str, float]] = {
     2: {"c_mu": 0.0, "c_kappa": 1.0},
     3: {"c_mu": 1.0, "c_kappa": 1.0},
 }
-"""The gains of the three cases; K = I in all of them."""
+"""The three cases have these gains; K = I in all of them."""
 
-SETTINGS: Mapping[str, Any] = {
+OPTIONS: Mapping[str, Any] = {
     "gain": 1.0,
     "epsilon": 1.0,
     "tolerance": 0.01,
     "dt": 0.01,
     "max_time": 60.0,
-    "rtol": 1e-6,
-    "atol": 1e-6,
     # Section 5 shows them.
     "far_clearances": True,
 }
-"""What the cases share. The paper does not give epsilon, the activation distance in m; see docs/method.md."""
+"""The cases share these options. The paper does not give epsilon, the activation distance in m; see docs/method.md."""
 
 START = {"left": (0.12, -2.23, 3.05), "right": (0.12, 2.23, 3.05)}
-"""Positions of the hands at q(0) as printed, m."""
+"""The paper prints these positions of the hands at q(0), m."""
 
 DURATION = 6.4
-"""Duration T of all cases as printed, s."""
+"""The paper prints this duration T of all cases, s."""
 
 
 @dataclass(frozen=True)
@@ -58,21 +57,39 @@ def paper_scene() -> Scene:
     return load_scene(resource("scenes", "paper.yaml"))
 
 
-def plan_case(robot: Robot, case: int, method: str = "gradient-projection", **settings: Any) -> Trajectory:
+def case_method(case: int, method: str = GradientProjection.name, **options: Any) -> PlanningMethod:
+    """Return a planning method with the options of a case of section 5.
+
+    Args:
+        case: 1, 2 or 3.
+        method: Name of the method; the paper's is gradient projection.
+        **options: Options of the method to use instead of the paper's, for example ``epsilon=0.8``.
+
+    Raises:
+        InvalidInput: If there is no such case or method, or an option is not valid.
+        TypeError: If the method has no such option.
+    """
+    if isinstance(case, bool) or case not in CASES:
+        raise InvalidInput("case", case, f"one of {', '.join(map(str, CASES))}")
+    if method not in METHODS:
+        as_method(method)  # says what there is
+    return METHODS[method](**{**OPTIONS, **CASES[case], **options})
+
+
+def plan_case(robot: Robot, case: int, method: str = GradientProjection.name, **options: Any) -> Trajectory:
     """Plan a case of section 5.
 
     Args:
         robot: The robot.
         case: 1, 2 or 3.
-        method: As for :func:`plan`; the paper's is gradient projection.
-        **settings: Arguments of :func:`plan` to use instead of the paper's, for example ``epsilon=0.8``.
+        method: As for :func:`case_method`.
+        **options: As for :func:`case_method`.
 
     Raises:
-        InvalidInput: If there is no such case, or as :func:`plan` does.
+        InvalidInput: As :func:`case_method` and :func:`plan` do.
+        TypeError: If the method has no such option.
     """
-    if case not in CASES:
-        raise InvalidInput("case", case, f"one of {', '.join(map(str, CASES))}")
-    return plan(robot, paper_scene(), method, **{**SETTINGS, **CASES[case], **settings})
+    return plan(robot, paper_scene(), case_method(case, method, **options))
 
 
 def closed_form_duration(robot: Robot, scene: Scene, tolerance: float = 0.01) -> float:
@@ -99,7 +116,7 @@ def claims(robot: Robot, cases: Mapping[int, Trajectory]) -> list[Claim]:
         cases: The trajectories of the cases 1, 2 and 3.
     """
     first, second, third = (cases[i] for i in (1, 2, 3))
-    holds = _outcomes(cases)
+    holds = _claims_that_hold(cases)
     mus = ", ".join(f"mu({i}) = {cases[i].manipulability[-1]:.3f}" for i in CASES)
     start = dict(zip(first.hand_names, first.hands[0], strict=True))
     result = [
@@ -138,7 +155,7 @@ def claims(robot: Robot, cases: Mapping[int, Trajectory]) -> list[Claim]:
     return result
 
 
-def _outcomes(cases: Mapping[int, Trajectory]) -> dict[str, bool]:
+def _claims_that_hold(cases: Mapping[int, Trajectory]) -> dict[str, bool]:
     """Return which of the paper's claims of its cases hold."""
     first, second, third = (cases[i] for i in (1, 2, 3))
     mu = {i: float(cases[i].manipulability[-1]) for i in CASES}
@@ -182,8 +199,8 @@ def sweep_point(robot: Robot, epsilon: float, dt: float = 0.01, first: Trajector
         epsilon,
         tuple(float(trajectory.clearance.min()) for trajectory in cases.values()),
         tuple(float(trajectory.manipulability[-1]) for trajectory in cases.values()),
-        tuple(claim for claim, holds in _outcomes(cases).items() if not holds),
-        plan_case(robot, 2, "qp", epsilon=epsilon, dt=dt),
+        tuple(claim for claim, holds in _claims_that_hold(cases).items() if not holds),
+        plan_case(robot, 2, SafeVelocity.name, epsilon=epsilon, dt=dt),
     )
 
 

@@ -11,14 +11,14 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MultipleLocator, NullFormatter, PercentFormatter, StrMethodFormatter
 
 from humanoid_rail._arrays import Array
-from humanoid_rail.viewer.colours import hand_colour
 from humanoid_rail.kinematics.kinematics import Kinematics
-from humanoid_rail.scene.obstacles import Sphere
-from humanoid_rail.paper.cases import SweepPoint
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.paper.cases import SweepPoint
+from humanoid_rail.scene.obstacles import Sphere
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.scene.targets import position
 from humanoid_rail.trajectory import Trajectory
+from humanoid_rail.viewer.colours import hand_colour
 
 TORSO, OBSTACLE = "#3b4252", "#d6453d"
 LINES = (*(f"#{hand_colour(i):06x}" for i in range(4)), "#5b6470")

@@ -1,0 +1,1 @@
+"""Planning methods, the planner, verification and many plans at once."""

@@ -2,31 +2,29 @@
 
 from __future__ import annotations
 
-import inspect
 import os
 import pickle
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
-from humanoid_rail.planning.engines import get_engine
-from humanoid_rail.errors import HumanoidRailError, InvalidInput
-from humanoid_rail.planning.shared_memory import Parcel, pack, shared_folder, unpack
-from humanoid_rail.planning.planner import plan
+from humanoid_rail.errors import EngineMissing, HumanoidRailError, InvalidInput
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.planning.methods import PlanningMethod, as_method
+from humanoid_rail.planning.planner import plan
+from humanoid_rail.planning.shared_memory import Packed, pack, shared_folder, unpack
 from humanoid_rail.scene.scene import Scene, is_of_a_scene
 from humanoid_rail.trajectory import Trajectory
 
-Outcome = Trajectory | Exception
-"""A trajectory, or the error that planning raised."""
-Task = list[int]
-"""Indices of the scenes that a worker is given at a time."""
+PlanOrError = Trajectory | Exception
+"""The outcome for a scene is a trajectory, or the error that planning raised."""
+Chunk = list[int]
+"""A chunk holds the indices of the scenes that a worker is given at a time."""
 
-LARGEST_TASK = 24
-"""The most scenes that a worker process is given at a time."""
-TASKS_EACH = 8
-"""How many tasks each worker gets at least, so that none waits long for another at the end."""
+LARGEST_CHUNK = 24
+"""A worker process is given at most this many scenes at a time."""
+CHUNKS_EACH = 8
+"""Each worker gets at least this many chunks, so that none waits long for another at the end."""
 
 
 class WorkerDied(HumanoidRailError):
@@ -36,11 +34,11 @@ class WorkerDied(HumanoidRailError):
 def plan_many(
     robot: Robot,
     scenes: Iterable[Scene],
+    method: PlanningMethod | str = "auto",
     *,
     n_jobs: int | None = -1,
     progress: bool | None = None,
-    **arguments: Any,
-) -> list[Outcome]:
+) -> list[PlanOrError]:
     """Plan a motion for each scene, in parallel.
 
     Workers are joblib's: processes that stay warm between calls, unless a ``joblib.parallel_config`` around the call
@@ -50,29 +48,27 @@ def plan_many(
     Args:
         robot: The robot.
         scenes: Start, targets and obstacles of each motion.
+        method: How they are planned, the same for all; see :func:`plan`.
         n_jobs: Number of workers; -1 for as many as there are cores, None for what ``joblib.parallel_config`` says.
         progress: Whether to show a progress bar on stderr; by default if that is a terminal.
-        **arguments: Arguments of :func:`plan`, the same for all scenes.
 
     Returns:
         For each scene, in order, its trajectory or the exception that planning it raised. One failing scene never
         takes others down, with joblib's own processes not even by killing the one it is planned in.
 
     Raises:
-        InvalidInput: If the robot is none, an element of the scenes is none, `n_jobs` is not valid, or an argument of
-            :func:`plan` is not, whatever the scene.
-        TypeError: If :func:`plan` has no such argument.
+        InvalidInput: If the robot is none, an element of the scenes is none, or `n_jobs` or the method is not valid,
+            whatever the scene.
+        EngineMissing: If there is no native engine and the method needs it.
     """
     # Imported where they are used: they take longer than all of this package.
     from joblib import effective_n_jobs
 
-    from humanoid_rail.cli.console import progress_bar
+    from humanoid_rail.progress import progress_bar
 
-    inspect.signature(plan).bind(robot, None, **arguments)
+    chosen = as_method(method)
     if isinstance(n_jobs, bool) or not isinstance(n_jobs, int | None) or n_jobs == 0:
         raise InvalidInput("n_jobs", n_jobs, "a number of workers, -1 for all cores, or None")
-    # Warns here, once, rather than in every worker.
-    arguments["engine"] = get_engine(arguments.get("engine", "native")).name
     if not isinstance(robot, Robot):
         raise InvalidInput("robot", robot, "a Robot")
     if isinstance(scenes, Scene | str) or not isinstance(scenes, Iterable):
@@ -82,28 +78,28 @@ def plan_many(
         if not isinstance(scene, Scene):
             raise InvalidInput(f"scenes[{i}]", scene, "a Scene")
     workers = max(1, effective_n_jobs(n_jobs))
-    size = min(LARGEST_TASK, max(1, len(scenes) // (workers * TASKS_EACH)))
-    tasks = [list(range(i, min(i + size, len(scenes)))) for i in range(0, len(scenes), size)]
-    outcomes: dict[int, Outcome] = {}
+    size = min(LARGEST_CHUNK, max(1, len(scenes) // (workers * CHUNKS_EACH)))
+    chunks = [list(range(i, min(i + size, len(scenes)))) for i in range(0, len(scenes), size)]
+    outcomes: dict[int, PlanOrError] = {}
     with shared_folder() as folder, progress_bar("planning", len(scenes), progress) as advance:
-        job = _Job(pickle.dumps(robot), arguments, os.getpid(), folder)
-        for indices, results in _run(job, scenes, tasks, n_jobs):
+        job = _Job(pickle.dumps(robot), chosen, os.getpid(), folder)
+        for indices, results in _run(job, scenes, chunks, n_jobs):
             outcomes |= zip(indices, results, strict=True)
             advance(len(indices))
     for outcome in outcomes.values():
-        if isinstance(outcome, InvalidInput) and not is_of_a_scene(outcome):
+        if isinstance(outcome, EngineMissing) or (isinstance(outcome, InvalidInput) and not is_of_a_scene(outcome)):
             raise outcome
     return [outcomes[i] for i in range(len(scenes))]
 
 
 @dataclass(frozen=True)
 class _Job:
-    """What all tasks have in common."""
+    """What all chunks have in common."""
 
     robot: bytes
     """The robot, pickled."""
-    arguments: dict[str, Any]
-    """Of :func:`plan`."""
+    method: PlanningMethod
+    """How to plan."""
     process: int
     """The process that wants the results."""
     folder: str
@@ -111,38 +107,39 @@ class _Job:
 
 
 def _run(
-    job: _Job, scenes: Sequence[Scene], tasks: list[Task], n_jobs: int | None
-) -> Iterator[tuple[Task, list[Outcome]]]:
-    """Yield tasks with their outcomes as they come. Where a worker dies, halves of what is left are tried again."""
+    job: _Job, scenes: Sequence[Scene], chunks: list[Chunk], n_jobs: int | None
+) -> Iterator[tuple[Chunk, list[PlanOrError]]]:
+    """Yield chunks with their outcomes as they come. Where a worker dies, halves of what is left are tried again."""
     from joblib import Parallel, delayed
     from joblib.externals.loky.process_executor import BrokenProcessPool
     from joblib.parallel import get_active_backend
 
-    left = {task[0]: task for task in tasks}
+    left = {chunk[0]: chunk for chunk in chunks}
     try:
         # Some backends, Ray's among them, have no results to show before the last.
         lazy = get_active_backend()[0].supports_return_generator
         return_as = "generator_unordered" if lazy else "list"
         parallel = Parallel(n_jobs=n_jobs, return_as=return_as, batch_size=1, pre_dispatch="4*n_jobs")
-        for task, outcomes in parallel(delayed(_plan_task)(job, task, [scenes[i] for i in task]) for task in tasks):
-            del left[task[0]]
-            yield task, unpack(outcomes) if isinstance(outcomes, Parcel) else outcomes
+        planning = (delayed(_plan_chunk)(job, chunk, [scenes[i] for i in chunk]) for chunk in chunks)
+        for chunk, outcomes in parallel(planning):
+            del left[chunk[0]]
+            yield chunk, unpack(outcomes) if isinstance(outcomes, Packed) else outcomes
     except BrokenProcessPool as error:
         unfinished = list(left.values())
         if len(unfinished) == 1:
-            (task,) = unfinished
-            if len(task) == 1:
-                yield task, [WorkerDied(f"scene {scenes[task[0]].name!r}: {error}")]
+            (chunk,) = unfinished
+            if len(chunk) == 1:
+                yield chunk, [WorkerDied(f"scene {scenes[chunk[0]].name!r}: {error}")]
                 return
-            unfinished = [[i] for i in task]
+            unfinished = [[i] for i in chunk]
         middle = len(unfinished) // 2
         for half in (unfinished[:middle], unfinished[middle:]):
             yield from _run(job, scenes, half, n_jobs)
 
 
-def _plan_task(job: _Job, task: Task, scenes: list[Scene]) -> tuple[Task, list[Outcome] | Parcel]:
-    outcomes = [_plan_one(_robot(job.robot), scene, job.arguments) for scene in scenes]
-    return task, outcomes if os.getpid() == job.process else pack(outcomes, job.folder)
+def _plan_chunk(job: _Job, chunk: Chunk, scenes: list[Scene]) -> tuple[Chunk, list[PlanOrError] | Packed]:
+    outcomes = [_plan_one(_robot(job.robot), scene, job.method) for scene in scenes]
+    return chunk, outcomes if os.getpid() == job.process else pack(outcomes, job.folder)
 
 
 @lru_cache(maxsize=4)
@@ -152,9 +149,9 @@ def _robot(pickled: bytes) -> Robot:
     return robot
 
 
-def _plan_one(robot: Robot, scene: Scene, arguments: dict[str, Any]) -> Outcome:
+def _plan_one(robot: Robot, scene: Scene, method: PlanningMethod) -> PlanOrError:
     try:
-        return plan(robot, scene, **arguments)
+        return plan(robot, scene, method)
     except Exception as error:  # whatever it is, it is this scene's result
         return _that_pickles(error)
 

@@ -1,154 +1,87 @@
-"""The legs of a motion: each by the method that was asked for, from where the one before ended to the next targets."""
+"""The segments of a motion: each leads from where the one before ended to the next targets."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from humanoid_rail._arrays import Array
-from humanoid_rail.planning.engines import Engine
-from humanoid_rail.resolution.integrate import Integration, Settings
-from humanoid_rail.kinematics.joint_limits import Motion
-from humanoid_rail.scene.obstacles import at_rest, moved
-from humanoid_rail.search.smoothing import path_quality
-from humanoid_rail.resolution.velocity import Gains
+from humanoid_rail.kinematics.joint_limits import JointMotion
+from humanoid_rail.kinematics.path_metric import PathQuality, path_quality
+from humanoid_rail.kinematics.task import tasks_of
 from humanoid_rail.model.robot import Robot
-from humanoid_rail.resolution.qp import Safety
-from humanoid_rail.search.effort import PathQuality, Search
-from humanoid_rail.kinematics.task import Task, rows_of
-from humanoid_rail.trajectory import Status
-from humanoid_rail.search.auto import find_way, follow, go_as_far_as_qp
+from humanoid_rail.planning.methods import Planned, PlanningMethod
+from humanoid_rail.problem import Problem
+from humanoid_rail.resolution.integrate import Integration
+from humanoid_rail.scene.obstacles import moved
+from humanoid_rail.scene.scene import Scene
+from humanoid_rail.trajectory import Search, Status
 
 
 @dataclass(frozen=True, eq=False)
-class Leg:
-    """A motion to the targets of one step, or as far as it got."""
-
-    motion: Integration
-    """Its times begin at 0."""
-    found_by: str
-    """What found its path; empty if nothing did."""
-    search: Search | None
-    """What `auto` did to find it."""
-
-
-@dataclass(frozen=True, eq=False)
-class Journey:
-    """Legs, one after the other."""
+class Segments:
+    """Segments, one after the other, as one motion."""
 
     motion: Integration
     found_by: str
     search: Search | None
     path: PathQuality
     arrivals: tuple[float, ...]
-    """When each leg that reached its targets ends, s."""
+    """When each segment that reached its targets ends, s."""
 
 
-def travel_legs(
-    kinematics: Any,
-    tasks: Iterable[Task],
-    method: str,
-    computing: Engine,
-    start: Array,
-    gains: Gains,
-    safety: Safety,
-    settings: Settings,
-    seed: int,
-) -> Journey:
-    """Plan leg after leg until one does not reach its targets.
+def plan_segments(robot: Robot, scene: Scene, start: Array, method: PlanningMethod) -> Segments:
+    """Plan segment after segment until one does not reach its targets.
 
     Args:
-        kinematics: The robot with all its hands among the obstacles where they are at t = 0, of the engine.
-        tasks: What each leg has to reach.
-        method: How a leg is planned; see :func:`humanoid_rail.plan`.
-        computing: The engine.
+        robot: The robot.
+        scene: The scene, whose steps of targets are reached one after the other.
         start: Configuration (n,), m and rad.
-        gains: Parameters of eq. 4.9, for all hands.
-        safety: Parameters of the constraints.
-        settings: When the whole motion ends, and how long planning may take in all.
-        seed: Of the random numbers.
+        method: What plans each segment.
     """
-    robot, obstacles = kinematics.robot, kinematics.obstacles
-    deadline = time.perf_counter() + settings.max_planning_time
-    still = at_rest(obstacles)
-    tasks, legs, begun = tuple(tasks), list[Leg](), 0.0
-    for number, task in enumerate(tasks):
-        left = replace(
-            settings,
-            max_time=settings.max_time - begun,
-            max_planning_time=max(deadline - time.perf_counter(), 0.0),
-        )
-        if left.max_time <= 0:
-            reason = f"the longest motion allowed, {settings.max_time:g} s, is over"
-            legs.append(Leg(_standstill(start, Status.TIME_LIMIT, reason), "", None))
+    started, count = time.perf_counter(), len(scene.steps)
+    planned, begun = list[Planned](), 0.0
+    for number in range(count):
+        if begun >= method.max_time:
+            reason = f"the longest motion allowed, {method.max_time:g} s, is over"
+            planned.append(Planned(_standstill(start, Status.TIME_LIMIT, reason), ""))
             break
-        there = kinematics
-        if task.robot is not robot or (begun and not still):
-            there = computing.kinematics(task.robot, tuple(moved(obstacle, begun) for obstacle in obstacles))
-        weights = gains
-        if task.robot is not robot:
-            weights = replace(gains, gain=gains.diagonal(3 * len(robot.hands))[rows_of(robot, task)])
-        seeds = seed if number == 0 else (seed, number)
-        if method == "auto" and still:
-            legs.append(_find_leg(task, there, computing, start, weights, safety, left, seed, seeds))
-        else:
-            legs.append(_follow_velocity(task, there, method, computing, start, weights, safety, left))
-        start, begun = legs[-1].motion.q[-1], begun + float(legs[-1].motion.t[-1])
-        if legs[-1].motion.status is not Status.REACHED:
+        problem = _segment(robot, scene, number, start, begun)
+        spent = time.perf_counter() - started
+        planned.append(_for_its_hands(method, robot, problem).plan(problem, number, spent, begun))
+        motion = planned[-1].motion
+        start, begun = motion.q[-1], begun + float(motion.t[-1])
+        if motion.status is not Status.REACHED:
             break
-    return _join(robot, legs, len(tasks))
+    return joined(robot, planned, count)
 
 
-def _follow_velocity(
-    task: Task,
-    kinematics: Any,
-    method: str,
-    computing: Engine,
-    start: Array,
-    gains: Gains,
-    safety: Safety,
-    settings: Settings,
-) -> Leg:
-    """Follow the velocity of eq. 4.9, or the safe one."""
-    if method == "gradient-projection":
-        motion = computing.integrate(kinematics, start, task.targets, gains, settings)
-    else:
-        motion = computing.rollout(kinematics, start, task.targets, gains, safety, settings)
-    found_by = ("qp" if method == "auto" else method) if motion.status is Status.REACHED else ""
-    return Leg(motion, found_by, None)
+def problems_of(robot: Robot, scene: Scene, start: Array) -> Iterator[Problem]:
+    """Yield the problem of each step of a scene that was checked, as if each began at the start and at t = 0."""
+    for number in range(len(scene.steps)):
+        yield _segment(robot, scene, number, start, 0.0)
 
 
-def _find_leg(
-    task: Task,
-    kinematics: Any,
-    computing: Engine,
-    start: Array,
-    gains: Gains,
-    safety: Safety,
-    settings: Settings,
-    seed: int,
-    seeds: int | Sequence[int],
-) -> Leg:
-    """Look for a way among obstacles at rest."""
-    started = time.perf_counter()
-    random = np.random.default_rng(seeds)
-    way = find_way(task, kinematics.obstacles, computing, kinematics, start, gains, safety, settings, random)
-    raw = None if way.raw is None else path_quality(task.robot, way.raw)
-    search = Search(seed, way.goals, way.searches, way.checks, raw)
-    if way.path is not None:
-        return Leg(follow(task.robot, way, settings), way.found_by, search)
-    # What is left of the time, which is little where that is why there is no way.
-    spent = time.perf_counter() - started
-    rest = replace(settings, max_planning_time=max(settings.max_planning_time - spent, 0.0))
-    motion = go_as_far_as_qp(way, computing.rollout(kinematics, start, task.targets, gains, safety, rest))
-    if task.is_oriented and motion.status is Status.REACHED:
-        # It turns no hand.
-        motion = replace(motion, status=way.status, reason=f"{way.reason}; qp reaches the points alone")
-    return Leg(motion, "qp" if motion.status is Status.REACHED else "", search)
+def _segment(robot: Robot, scene: Scene, number: int, start: Array, begun: float) -> Problem:
+    """Return the problem of a step that begins at a time in s, for the hands alone that have targets."""
+    step = scene.steps[number]
+    hands = robot.with_hands([name for name in robot.hand_names if step[name] is not None])
+    there = scene
+    if begun > 0 and any(any(obstacle.velocity) for obstacle in scene.obstacles):
+        there = scene.model_copy(update={"obstacles": tuple(moved(obstacle, begun) for obstacle in scene.obstacles)})
+    return Problem(hands, there, tasks_of(hands, step), np.clip(start, robot.lower, robot.upper))
+
+
+def _for_its_hands(method: PlanningMethod, robot: Robot, problem: Problem) -> PlanningMethod:
+    """Return the method with the gains of the hands alone that have targets, if it has one for each coordinate."""
+    gain = np.ravel(np.asarray(method.gains.gain, float))
+    if gain.size == 1 or problem.robot is robot:
+        return method
+    rows = [3 * robot.hand_names.index(name) + axis for name in problem.robot.hand_names for axis in range(3)]
+    return replace(method, gain=tuple(gain[rows]))  # type: ignore[type-var]
 
 
 def arrival(times: Sequence[float]) -> str:
@@ -157,19 +90,19 @@ def arrival(times: Sequence[float]) -> str:
 
 
 def _standstill(q: Array, status: Status, reason: str) -> Integration:
-    visited = Motion(np.zeros(1), q[None, :], np.zeros((1, q.size)))
+    visited = JointMotion(np.zeros(1), q[None, :], np.zeros((1, q.size)))
     return Integration(np.zeros(1), q[None, :], status, reason, 0, visited)
 
 
-def _join(robot: Robot, legs: Sequence[Leg], count: int) -> Journey:
-    """Return legs as one, of as many as there should be."""
-    motions = [leg.motion for leg in legs]
+def joined(robot: Robot, planned: Sequence[Planned], count: int) -> Segments:
+    """Return segments as one motion, of as many as there should be."""
+    motions = [segment.motion for segment in planned]
     ends = np.cumsum([motion.t[-1] for motion in motions]).tolist()
-    return Journey(
+    return Segments(
         motion=motions[0] if count == 1 else _joined_motion(motions, ends, count),
-        found_by=", ".join(dict.fromkeys(leg.found_by for leg in legs if leg.found_by)),
+        found_by=", ".join(dict.fromkeys(segment.found_by for segment in planned if segment.found_by)),
         path=path_quality(robot, *(motion.q for motion in motions)),
-        search=_joined_search([leg.search for leg in legs if leg.search is not None]),
+        search=_joined_search([segment.search for segment in planned if segment.search is not None]),
         arrivals=tuple(end for motion, end in zip(motions, ends, strict=True) if motion.status is Status.REACHED),
     )
 
@@ -183,13 +116,13 @@ def _joined_motion(motions: Sequence[Integration], ends: Sequence[float], count:
         reason = f"step {len(motions)} of {count}, begun at t = {begins[-1]:.4g} s: {last.reason}"
     visits = [motion.visited for motion in motions]
     return Integration(
-        # Where a leg begins is where the one before ended.
+        # Where a segment begins is where the one before ended.
         t=np.concatenate([motion.t[k > 0 :] + begins[k] for k, motion in enumerate(motions)]),
         q=np.vstack([motion.q[k > 0 :] for k, motion in enumerate(motions)]),
         status=last.status,
         reason=reason,
         evaluations=sum(motion.evaluations for motion in motions),
-        visited=Motion(
+        visited=JointMotion(
             np.concatenate([visit.t + begin for visit, begin in zip(visits, begins, strict=True)]),
             np.vstack([visit.q for visit in visits]),
             np.vstack([visit.velocity for visit in visits]),
@@ -202,7 +135,7 @@ def _joined_search(searches: Sequence[Search]) -> Search | None:
     if not searches:
         return None
     raws = [search.raw for search in searches if search.raw is not None]
-    # Lengths are comparable if they are of all legs.
+    # Lengths are comparable if they are of all segments.
     complete = len(raws) == len(searches)
     return Search(
         seed=searches[0].seed,

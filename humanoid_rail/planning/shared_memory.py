@@ -18,7 +18,7 @@ SHARED_MEMORY = Path("/dev/shm")
 
 
 @dataclass(frozen=True)
-class Parcel:
+class Packed:
     """A pickled object."""
 
     pickled: bytes
@@ -34,8 +34,8 @@ def shared_folder() -> TemporaryDirectory[str]:
     return TemporaryDirectory(prefix="humanoid_rail_", dir=SHARED_MEMORY if SHARED_MEMORY.is_dir() else None)
 
 
-def pack(value: object, folder: str) -> Parcel:
-    """Return an object as a parcel, its arrays in a file if the folder is there: that is, on the same machine."""
+def pack(value: object, folder: str) -> Packed:
+    """Return an object packed, its arrays in a file if the folder is there: that is, on the same machine."""
     buffers: list[pickle.PickleBuffer] = []
     pickled = pickle.dumps(value, protocol=5, buffer_callback=buffers.append)
     arrays = [buffer.raw() for buffer in buffers]
@@ -48,20 +48,20 @@ def pack(value: object, folder: str) -> Parcel:
             with suppress(OSError):
                 file.unlink(missing_ok=True)
         else:
-            return Parcel(pickled, file, tuple(array.nbytes for array in arrays))
-    return Parcel(pickle.dumps(value, protocol=5))
+            return Packed(pickled, file, tuple(array.nbytes for array in arrays))
+    return Packed(pickle.dumps(value, protocol=5))
 
 
-def unpack(parcel: Parcel) -> Any:
-    """Return what is in a parcel, once: its file is removed. Arrays that came in a file are read-only."""
-    if parcel.file is None:
-        return pickle.loads(parcel.pickled)
-    with parcel.file.open("rb") as stream:
+def unpack(packed: Packed) -> Any:
+    """Return a packed object, once: its file is removed. Arrays that came in a file are read-only."""
+    if packed.file is None:
+        return pickle.loads(packed.pickled)
+    with packed.file.open("rb") as stream:
         try:
             data = memoryview(mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ))
         except OSError:  # a process may have only so many mappings
             data = memoryview(stream.read())
-    parcel.file.unlink()
-    ends = [sum(parcel.sizes[: i + 1]) for i in range(len(parcel.sizes))]
-    arrays = [data[end - size : end] for end, size in zip(ends, parcel.sizes, strict=True)]
-    return pickle.loads(parcel.pickled, buffers=arrays)
+    packed.file.unlink()
+    ends = [sum(packed.sizes[: i + 1]) for i in range(len(packed.sizes))]
+    arrays = [data[end - size : end] for end, size in zip(ends, packed.sizes, strict=True)]
+    return pickle.loads(packed.pickled, buffers=arrays)

@@ -1,7 +1,4 @@
-"""Proves a motion free of contact, or finds the first one.
-
-How is in `certification.py` and `sweep.py`.
-"""
+"""Proves a motion free of contact, or finds the first contact; `humanoid_rail/collision/` has the proof."""
 
 from __future__ import annotations
 
@@ -11,17 +8,17 @@ import numpy as np
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.collision.certificate import Certificate
-from humanoid_rail.planning.engines import get_engine
+from humanoid_rail.collision.certifier import certify
+from humanoid_rail.collision.spline_certifier import certify_spline
 from humanoid_rail.errors import InvalidInput, check_kind
 from humanoid_rail.kinematics.kinematics import Kinematics
-from humanoid_rail.scene.obstacles import FARTHEST
 from humanoid_rail.model.robot import Robot, check_joint_names
+from humanoid_rail.scene.obstacles import FARTHEST
 from humanoid_rail.scene.scene import Scene
-from humanoid_rail.retiming.bspline import certify_spline
 from humanoid_rail.trajectory import Trajectory
 
 SAME_PLACE = 1e-6
-"""So near to each other two computed places are the same, m."""
+"""Two computed places that are this near to each other are the same, m."""
 
 
 class SampledMotion(Protocol):
@@ -38,27 +35,39 @@ class SampledMotion(Protocol):
         ...
 
 
-def verify(robot: Robot, scene: Scene, trajectory: SampledMotion, *, engine: str = "native") -> Certificate:
-    """Prove that a motion touches no obstacle and that no links touch each other, between its samples neither.
+def verify(robot: Robot, scene: Scene, trajectory: SampledMotion) -> Certificate:
+    """Prove that a motion touches no obstacle and that no links touch each other, including between samples.
 
     The motion is linear in q between its samples, whatever made it, or the cubic spline through positions and
-    velocities if it has a :class:`humanoid_rail.Timing`. Nothing else of the trajectory is believed. Neither are limits
-    looked at, nor what comes after the last sample; see docs/safety.md.
+    velocities if it has a :class:`humanoid_rail.Timing`. Nothing else of the trajectory is believed. Joint limits are not
+    looked at, nor is what comes after the last sample; see docs/safety.md.
 
     Args:
         robot: The robot.
         scene: The scene with the obstacles; those that move start at t = 0.
         trajectory: Times and configurations, from :func:`plan`, :func:`read_trajectory` or anywhere else.
-        engine: What computes it, `native` or `python`; see :func:`plan`.
 
     Returns:
         The certificate. Where there is contact it says where the first one is, and the bound is negative.
 
     Raises:
         InvalidInput: If the trajectory is for another robot, or its times or configurations are not valid.
+        EngineMissing: If there is no native engine.
     """
     check_kind("robot", robot, Robot)
     check_kind("scene", scene, Scene)
+    t, q, velocity = _checked_motion(robot, trajectory)
+    if velocity is None:
+        return certify(robot, scene.obstacles, t, q)
+    return certify_spline(robot, scene.obstacles, t, q, velocity)
+
+
+def _checked_motion(robot: Robot, trajectory: SampledMotion) -> tuple[Array, Array, Array | None]:
+    """Return times (N,), configurations (N, n) and velocities (N, n), or None for a motion that is linear.
+
+    Raises:
+        InvalidInput: If they are none, or not for this robot.
+    """
     try:
         t, q = np.array(trajectory.t, float), np.array(trajectory.q, float)
     except (AttributeError, TypeError, ValueError) as error:
@@ -69,6 +78,12 @@ def verify(robot: Robot, scene: Scene, trajectory: SampledMotion, *, engine: str
         raise InvalidInput("trajectory.q", q.shape, f"an array of shape (N, {robot.n}), N not less than 1")
     if t.shape != (len(q),):
         raise InvalidInput("trajectory.t", t.shape, f"an array of shape ({len(q)},), a time for each configuration")
+    velocity = _velocity(trajectory, q)
+    _check_numbers(t, q, velocity)
+    return t, q, velocity
+
+
+def _velocity(trajectory: SampledMotion, q: Array) -> Array | None:
     timing = getattr(trajectory, "timing", None)
     try:
         velocity = None if timing is None else np.array(timing.velocity, float)
@@ -77,6 +92,10 @@ def verify(robot: Robot, scene: Scene, trajectory: SampledMotion, *, engine: str
         raise InvalidInput("trajectory.timing", timing, valid) from error
     if velocity is not None and velocity.shape != q.shape:
         raise InvalidInput("trajectory.timing.velocity", velocity.shape, f"an array of the shape of q, {q.shape}")
+    return velocity
+
+
+def _check_numbers(t: Array, q: Array, velocity: Array | None) -> None:
     for name, values in (("t", t), ("q", q), *([("timing.velocity", velocity)] if velocity is not None else [])):
         size = abs(values)
         if not size.max() <= FARTHEST:  # nor if one is no number
@@ -85,10 +104,6 @@ def verify(robot: Robot, scene: Scene, trajectory: SampledMotion, *, engine: str
     if (t[1:] <= t[:-1]).any():
         k = int(np.flatnonzero(t[1:] <= t[:-1])[0]) + 1
         raise InvalidInput(f"trajectory.t[{k}]", float(t[k]), f"a time after {t[k - 1]:g}, that of the sample before")
-    certify = get_engine(engine).certify
-    if velocity is None:
-        return certify(robot, scene.obstacles, t, q)
-    return certify_spline(robot, scene.obstacles, t, q, velocity, certify)
 
 
 def check_robot(robot: Robot, trajectory: Trajectory) -> None:

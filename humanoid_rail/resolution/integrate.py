@@ -1,27 +1,33 @@
-"""Integrates q_dot from a start until the hands reach their targets, or cannot.
+"""Integrates q_dot of eq. 4.9 from a start until the tasks are done, or cannot be.
 
-This is the reference; `native.py` has the same in C++.
+The Python here is the reference, to be read; the native engine has the same in C++.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.integrate import RK45, DenseOutput, OdeSolution
-from scipy.optimize import brentq
 
 from humanoid_rail._arrays import Array
-from humanoid_rail.kinematics.kinematics import Kinematics, State
-from humanoid_rail.kinematics.joint_limits import Motion
-from humanoid_rail.resolution.velocity import Gains, gradient_projection, lost_direction, task_error
+from humanoid_rail.kinematics.joint_limits import JointMotion
+from humanoid_rail.kinematics.kinematics import Kinematics
+from humanoid_rail.kinematics.state import State
+from humanoid_rail.kinematics.task import Task, count_rows, stack_error, stack_jacobian
+from humanoid_rail.resolution.velocity import Gains, gradient_projection, lost_direction
 from humanoid_rail.trajectory import Status
 
+if TYPE_CHECKING:
+    from scipy.integrate import DenseOutput
+
 MAX_EVALUATIONS = 10_000
-"""Evaluations of q_dot after which a motion is called stalled."""
-PATIENCE = 0.25
-"""How long a motion may stay at a singularity that keeps a hand from its target, in time constants 1 / min(K)."""
+"""After this many evaluations of q_dot a motion has stalled."""
+SINGULAR_TIME = 0.25
+"""A motion may stay at a singularity that keeps a hand from its target for this long, in time constants 1 / min(K)."""
+ROUNDING = 1e-9
+"""A last sample interval that is shorter than this share of dt is dropped."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +45,7 @@ class Settings:
     atol: float
     """Absolute tolerance of the integrator, m and rad."""
     max_planning_time: float = np.inf
-    """How long a rollout of the safe velocity may take, s."""
+    """How long a rollout of the safe velocity may take before it is cut off, s."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,78 +60,95 @@ class Integration:
     reason: str
     evaluations: int
     """Number of evaluations of q_dot."""
-    visited: Motion
+    visited: JointMotion
     """Where the integrator's steps begin, with q_dot there."""
 
 
-def integrate(kinematics: Kinematics, start: Array, targets: Array, gains: Gains, settings: Settings) -> Integration:
+def integrate(
+    kinematics: Kinematics, start: Array, tasks: Sequence[Task], gains: Gains, settings: Settings
+) -> Integration:
     """Integrate q_dot of eq. 4.9 from the start until |e| falls to the tolerance or nothing more can come of it.
 
     Args:
         kinematics: The robot among its obstacles.
         start: Configuration (n,) at t = 0.
-        targets: x_f (h, 3), m.
+        tasks: What is to be reached.
         gains: Parameters of eq. 4.9.
         settings: When to end, how to sample, how precise to be.
     """
-    K = gains.diagonal(targets.size)
-    latest, latest_t = kinematics.state(start), 0.0
+    return _Integrator(kinematics, start, tasks, gains, settings).run()
 
-    def state_at(t: float, q: Array) -> State:
-        # The integrator's last evaluation in a step is at the step's end, where the checks below look again.
-        nonlocal latest, latest_t
-        if t != latest_t or not np.array_equal(latest.q, q):
-            latest, latest_t = kinematics.state(q, t), t
-        return latest
 
-    def velocity(t: float, q: Array) -> Array:
-        return gradient_projection(state_at(t, q), targets, gains)
+class _Integrator:
+    """One integration, step by step."""
 
-    def distance(q: Array) -> float:
-        return float(np.linalg.norm(kinematics.hand_positions(q) - targets))
+    def __init__(
+        self, kinematics: Kinematics, start: Array, tasks: Sequence[Task], gains: Gains, settings: Settings
+    ) -> None:
+        self._kinematics, self._tasks, self._gains, self._settings = kinematics, tasks, gains, settings
+        self._latest = kinematics.state(start)
+        self._times: list[float] = [0.0]
+        self._steps: list[DenseOutput] = []
+        self._places, self._velocities = [start], [np.zeros(start.size)]
+        self._evaluations = 0
 
-    times: list[float] = [0.0]
-    steps: list[DenseOutput] = []
-    places, velocities = [start], [np.zeros(start.size)]
-    evaluations = 0
+    def run(self) -> Integration:
+        # Imported here: SciPy takes longer than the whole package, and the native engine needs none of it.
+        from scipy.integrate import RK45
 
-    def ended(status: Status, left: float, broken: str = "") -> Integration:
-        t = sample_times(times[-1], settings.dt)
-        q = OdeSolution(times, steps)(t).T if steps else start[None, :]
-        reason = explain(status, times[-1], left, evaluations, settings, broken)
-        visited = Motion(np.array(times[: len(places)]), np.array(places), np.array(velocities))
-        return Integration(t, q, status, reason, evaluations, visited)
-
-    left = distance(start)
-    if left <= settings.tolerance:
-        return ended(Status.REACHED, left)
-
-    solver = RK45(velocity, 0.0, start, settings.max_time, rtol=settings.rtol, atol=settings.atol)
-    velocities = [solver.f]
-    singular_since = np.inf
-    while True:
-        message = solver.step()
-        evaluations = solver.nfev
-        if solver.status == "failed":
-            return ended(Status.STALLED, left, message or "unknown")
-        step = solver.dense_output()
-        times.append(solver.t)
-        steps.append(step)
-        left = distance(solver.y)
+        settings, start = self._settings, self._places[0]
+        left = self._distance(start)
         if left <= settings.tolerance:
-            times[-1] = _time_of_arrival(step, distance, settings.tolerance)
-            return ended(Status.REACHED, left)
-        places.append(solver.y)
-        velocities.append(solver.f)
-        held = is_held_by_singularity(state_at(solver.t, solver.y), targets, settings.tolerance)
-        singular_since = min(singular_since, solver.t) if held else np.inf
-        exhausted = evaluations > MAX_EVALUATIONS
-        if solver.t - singular_since > PATIENCE / K.min() or (exhausted and held):
-            return ended(Status.SINGULAR, left)
-        if exhausted:
-            return ended(Status.STALLED, left)
-        if solver.status == "finished":
-            return ended(Status.TIME_LIMIT, left)
+            return self._ended(Status.REACHED, left)
+        solver = RK45(self._velocity, 0.0, start, settings.max_time, rtol=settings.rtol, atol=settings.atol)
+        self._velocities = [solver.f]
+        patience = SINGULAR_TIME / self._gains.diagonal(count_rows(self._tasks)).min()
+        singular_since = np.inf
+        while True:
+            message = solver.step()
+            self._evaluations = solver.nfev
+            if solver.status == "failed":
+                return self._ended(Status.STALLED, left, message or "unknown")
+            step = solver.dense_output()
+            self._times.append(solver.t)
+            self._steps.append(step)
+            left = self._distance(solver.y)
+            if left <= settings.tolerance:
+                self._times[-1] = _time_of_arrival(step, self._distance, settings.tolerance)
+                return self._ended(Status.REACHED, left)
+            self._places.append(solver.y)
+            self._velocities.append(solver.f)
+            held = is_held_by_singularity(self._state(solver.t, solver.y), self._tasks, settings.tolerance)
+            singular_since = min(singular_since, solver.t) if held else np.inf
+            exhausted = self._evaluations > MAX_EVALUATIONS
+            if solver.t - singular_since > patience or (exhausted and held):
+                return self._ended(Status.SINGULAR, left)
+            if exhausted:
+                return self._ended(Status.STALLED, left)
+            if solver.status == "finished":
+                return self._ended(Status.TIME_LIMIT, left)
+
+    def _state(self, t: float, q: Array) -> State:
+        # The integrator's last evaluation in a step is at the step's end, where the checks look again.
+        if t != self._latest.t or not np.array_equal(self._latest.q, q):
+            self._latest = self._kinematics.state(q, t)
+        return self._latest
+
+    def _velocity(self, t: float, q: Array) -> Array:
+        return gradient_projection(self._state(t, q), self._tasks, self._gains)
+
+    def _distance(self, q: Array) -> float:
+        return float(np.linalg.norm(stack_error(self._kinematics.state(q), self._tasks)))
+
+    def _ended(self, status: Status, left: float, broken: str = "") -> Integration:
+        from scipy.integrate import OdeSolution
+
+        times, places, settings = self._times, self._places, self._settings
+        t = sample_times(times[-1], settings.dt)
+        q = OdeSolution(times, self._steps)(t).T if self._steps else places[0][None, :]
+        reason = explain(status, times[-1], left, self._evaluations, settings, broken)
+        visited = JointMotion(np.array(times[: len(places)]), np.array(places), np.array(self._velocities))
+        return Integration(t, q, status, reason, self._evaluations, visited)
 
 
 def explain(status: Status, end: float, left: float, evaluations: int, settings: Settings, broken: str = "") -> str:
@@ -166,11 +189,12 @@ def sample_times(end: float, dt: float) -> Array:
     """Return 0, dt, 2 dt, ... and the end, s."""
     regular = dt * np.arange(int(np.floor(end / dt)) + 1)
     # A last multiple that is the end up to rounding would make an interval of no length.
-    return np.append(regular[regular < end - 1e-9 * min(dt, end)], end)
+    return np.append(regular[regular < end - ROUNDING * min(dt, end)], end)
 
 
 def _time_of_arrival(step: DenseOutput, distance: Callable[[Array], float], tolerance: float) -> float:
     """Return when in an integrator's step the distance falls to the tolerance."""
+    from scipy.optimize import brentq
 
     def excess(t: float) -> float:
         return distance(step(t)) - tolerance
@@ -179,7 +203,7 @@ def _time_of_arrival(step: DenseOutput, distance: Callable[[Array], float], tole
     return float(brentq(excess, step.t_old, step.t, xtol=1e-12)) if excess(step.t) < 0 else float(step.t)
 
 
-def is_held_by_singularity(state: State, targets: Array, tolerance: float) -> bool:
-    """Whether more than the tolerance of e lies in a direction that J has lost."""
-    lost = lost_direction(state.jacobian)
-    return lost is not None and abs(float(lost @ task_error(state, targets))) > tolerance
+def is_held_by_singularity(state: State, tasks: Sequence[Task], tolerance: float) -> bool:
+    """Return whether more than the tolerance of e lies in a direction that J has lost."""
+    lost = lost_direction(stack_jacobian(state, tasks))
+    return lost is not None and abs(float(lost @ stack_error(state, tasks))) > tolerance

@@ -1,11 +1,12 @@
 """The velocity closest to eq. 4.9's that keeps clear of everything and within the limits.
 
-This is the reference; `engine/safety.cpp` has the same in C++.
+The Python here is the reference, to be read; `engine/resolution/qp.cpp` has the same in C++ for planning.
 
 At a configuration q, with r the q_dot of eq. 4.9, slowed down as a whole to the speed limits,
 
     minimise    |q_dot - r|^2 + w |J (q_dot - r)|^2
     subject to  d psi/dq q_dot + d psi/dt >= -k (psi - d_s)     every clearance, and every distance of two links
+                A q_dot = b                                     equalities, if the user gives any
                 k_q (q_min - q) <= q_dot <= k_q (q_max - q)     position limits
                 -q_dot_max <= q_dot <= q_dot_max                speed limits
 
@@ -22,36 +23,55 @@ degrees of freedom", ICRA 1987. A. Ames et al., "Control barrier functions: theo
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
-import daqp
 import numpy as np
-from numpy.typing import ArrayLike
 
 from humanoid_rail._arrays import Array
-from humanoid_rail.errors import checked_number
-from humanoid_rail.kinematics.kinematics import Clearances, State
-from humanoid_rail.resolution.velocity import LARGEST, Gains, gradient_projection
+from humanoid_rail.errors import InvalidInput, checked_number
+from humanoid_rail.kinematics.state import Clearances, State
+from humanoid_rail.kinematics.task import Task, stack_jacobian
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.resolution.velocity import LARGEST, Gains, gradient_projection
 
-FREE_SPEED, INFLUENCE = 2.0, 0.5
-"""How far beyond the safety distance pairs are looked at: so far that their damper would allow this speed, m/s, but at
-least so far, m."""
+FREE_SPEED = 2.0
+"""Pairs are looked at from where their damper would still allow this speed, m/s."""
+INFLUENCE = 0.5
+"""Pairs are looked at within this distance beyond the safety distance in any case, m."""
 LIMIT_GAIN = 10.0
-"""k_q: how fast a joint may approach its position limit, 1/s."""
+"""The gain k_q says how fast a joint may approach its position limit, 1/s."""
 TASK_WEIGHT = 1000.0
-"""w: weight of the hands' deviation from eq. 4.9 against that of the joints."""
-SHARE, LEAST_MARGIN = 0.1, 1e-3
-"""The dampers keep to the safety distance and a little more, this share of it but at least so much (m), so that what a
-step bends towards an obstacle is made good before the distance itself is reached."""
+"""The weight w of the tasks' deviation from eq. 4.9 is relative to that of the joints."""
+MARGIN_SHARE = 0.1
+"""The dampers keep to the safety distance and this share of it more, so that what a step bends towards an obstacle is
+made good before the distance itself is reached."""
+LEAST_MARGIN = 1e-3
+"""The dampers keep at least this much more than the safety distance, m."""
 LEAST_RATE = 1e-6
 """A distance that no velocity changes faster than this is left alone, m/s."""
 SHARES = (1.0, 0.5, 0.25, 0.125, 0.0)
-"""How much of the speed away from what is too near is asked for, until as much can be had at once."""
+"""Of the speed away from what is too near these shares are asked for in turn, until one can be had."""
 FASTEST = 1e4
-"""A speed limit that is none, m/s or rad/s."""
+"""A joint without a speed limit is given this one, m/s or rad/s."""
 PRECISION = 1e-9
-"""What constraints are precise to, m/s and rad/s."""
+"""Constraints are precise to this, m/s and rad/s."""
+UNBOUNDED = 1e30
+"""The QP solver takes a bound of this size for none."""
+
+
+class Equalities(NamedTuple):
+    """Rows A q_dot = b that q_dot has to satisfy."""
+
+    rows: Array
+    """A (k, n)."""
+    sides: Array
+    """b (k,)."""
+
+
+Equality = Callable[[State], tuple[Any, Any]]
+"""A linear equality maps a state to rows A (k, n) and sides b (k,) of A q_dot = b, such as :class:`Equalities`."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +86,8 @@ class Safety:
     """d_s: clearances are kept from falling below it, m; 0 or more."""
     damper_gain: float = 1.4
     """k: how fast a clearance may fall to the safety distance, 1/s."""
+    equalities: Sequence[Equality] = ()
+    """Linear equalities A q_dot = b. Kept as a tuple."""
 
     def __post_init__(self) -> None:
         distance = checked_number("safety_distance", self.safety_distance, least=0.0, most=LARGEST)
@@ -73,6 +95,12 @@ class Safety:
         object.__setattr__(
             self, "damper_gain", checked_number("damper_gain", self.damper_gain, above=0.0, most=LARGEST)
         )
+        if isinstance(self.equalities, str) or not isinstance(self.equalities, Sequence):
+            raise InvalidInput("equalities", self.equalities, "a sequence of functions from a State to (A, b)")
+        for i, equality in enumerate(self.equalities):
+            if not callable(equality):
+                raise InvalidInput(f"equalities[{i}]", equality, "a function from a State to (A, b)")
+        object.__setattr__(self, "equalities", tuple(self.equalities))
 
     @property
     def horizon(self) -> float:
@@ -82,12 +110,12 @@ class Safety:
     @property
     def target(self) -> float:
         """The distance that the dampers keep to, m."""
-        return self.safety_distance + max(SHARE * self.safety_distance, LEAST_MARGIN)
+        return self.safety_distance + max(MARGIN_SHARE * self.safety_distance, LEAST_MARGIN)
 
 
 @dataclass(frozen=True, eq=False)
 class Constraints:
-    """lower <= q_dot <= upper and rows q_dot >= sides."""
+    """lower <= q_dot <= upper, rows q_dot >= sides and the equalities."""
 
     lower: Array
     """(n,), m/s and rad/s."""
@@ -97,6 +125,29 @@ class Constraints:
     """(m, n)."""
     sides: Array
     """(m,)."""
+    equalities: Equalities
+    """Rows A q_dot = b."""
+
+
+def equality_rows(state: State, safety: Safety) -> Equalities:
+    """Return the rows of all equalities at a state.
+
+    Raises:
+        InvalidInput: If an equality returns anything else than finite A (k, n) and b (k,).
+    """
+    n = state.q.size
+    rows, sides = [np.zeros((0, n))], [np.zeros(0)]
+    for i, equality in enumerate(safety.equalities):
+        found = equality(state)
+        try:
+            A, b = (np.asarray(part).astype(float, casting="same_kind") for part in found)
+        except (TypeError, ValueError):  # not two of them, no numbers, or rows of different lengths
+            A, b = np.empty(0), np.empty(0)
+        if A.ndim != 2 or A.shape != (b.size, n) or b.ndim != 1 or not (np.isfinite(A).all() and np.isfinite(b).all()):
+            raise InvalidInput(f"equalities[{i}](state)", found, f"A (k, {n}) and b (k,), finite numbers")
+        rows.append(A)
+        sides.append(b)
+    return Equalities(np.vstack(rows), np.concatenate(sides))
 
 
 def constraints(robot: Robot, state: State, safety: Safety, dt: float) -> Constraints:
@@ -122,7 +173,7 @@ def constraints(robot: Robot, state: State, safety: Safety, dt: float) -> Constr
     # Of speed away from an obstacle, no more than half of what the joints allow is asked for.
     sides = np.minimum(sides, 0.5 * fastest)
     can_bind = (slowest < sides) & (fastest - slowest >= LEAST_RATE)
-    return Constraints(lower, upper, rows[can_bind], sides[can_bind])
+    return Constraints(lower, upper, rows[can_bind], sides[can_bind], equality_rows(state, safety))
 
 
 def _dampers(pairs: Clearances, safety: Safety, k: float) -> tuple[Array, Array]:
@@ -131,25 +182,26 @@ def _dampers(pairs: Clearances, safety: Safety, k: float) -> tuple[Array, Array]
     return pairs.gradient[near], sides
 
 
-def safe_velocity(robot: Robot, state: State, targets: ArrayLike, gains: Gains, safety: Safety, dt: float) -> Array:
-    """Return q_dot (n,) closest to eq. 4.9's that the constraints allow, m/s and rad/s.
+def safe_velocity(robot: Robot, state: State, tasks: Sequence[Task], gains: Gains, safety: Safety, dt: float) -> Array:
+    """Return q_dot (n,) closest to eq. 4.9's that the constraints allow, m/s and rad/s; 0 if they allow none.
 
     Args:
         robot: The robot.
         state: The robot among its obstacles at q.
-        targets: x_f (h, 3), m.
+        tasks: What is to be reached.
         gains: K, c_mu, c_kappa and the activation distance.
-        safety: Safety distance and gain of the dampers.
+        safety: Safety distance, gain of the dampers, equalities.
         dt: How long q_dot will be held, s.
     """
-    r = gradient_projection(state, targets, gains)
+    r = gradient_projection(state, tasks, gains)
     # Slowed down as a whole, eq. 4.9 stays on its path.
     too_fast = abs(r) > robot.velocity_limit
     r = r * float(min([1.0, *(robot.velocity_limit[too_fast] / abs(r[too_fast]))]))
     limits = constraints(robot, state, safety, dt)
     if _holds(r, limits):
         return r
-    hessian: Array = TASK_WEIGHT * state.jacobian.T @ state.jacobian + np.eye(r.size)
+    J = stack_jacobian(state, tasks)
+    hessian: Array = TASK_WEIGHT * J.T @ J + np.eye(r.size)
     for share in SHARES:
         sides = np.where(limits.sides > 0, share * limits.sides, limits.sides)
         solution = _solve(hessian, -hessian @ r, replace(limits, sides=sides))
@@ -160,13 +212,19 @@ def safe_velocity(robot: Robot, state: State, targets: ArrayLike, gains: Gains, 
 
 def _holds(velocity: Array, limits: Constraints) -> bool:
     within = (velocity <= limits.upper + PRECISION) & (velocity >= limits.lower - PRECISION)
-    return bool(within.all() and (limits.rows @ velocity >= limits.sides - PRECISION).all())
+    A, b = limits.equalities
+    kept = (limits.rows @ velocity >= limits.sides - PRECISION).all() and (abs(A @ velocity - b) <= PRECISION).all()
+    return bool(within.all() and kept)
 
 
 def _solve(hessian: Array, linear: Array, limits: Constraints) -> Array | None:
     """Return the x of least x^T H x / 2 + f^T x that the constraints allow, if they allow any."""
-    upper = np.concatenate([limits.upper, np.full(len(limits.rows), 1e30)])
-    lower = np.concatenate([limits.lower, limits.sides])
-    rows = np.ascontiguousarray(limits.rows).reshape(len(limits.rows), len(linear))
+    # Imported here: the native engine has a solver of its own.
+    import daqp
+
+    A, b = limits.equalities
+    upper = np.concatenate([limits.upper, np.full(len(limits.rows), UNBOUNDED), b])
+    lower = np.concatenate([limits.lower, limits.sides, b])
+    rows = np.ascontiguousarray(np.vstack([limits.rows, A])).reshape(-1, len(linear))
     x, _, flag, _ = daqp.solve(hessian, linear, rows, upper, lower, primal_tol=PRECISION)
     return np.array(x) if flag == 1 else None

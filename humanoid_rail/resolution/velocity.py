@@ -1,9 +1,9 @@
 """Redundancy resolution at the velocity level: eq. 4.6 to 4.9.
 
-This is the reference; `native.py` has the same in C++.
+This is the reference, to be read; `engine/resolution/` has the same in C++ for planning.
 
 Two misprints of the paper are corrected: J# is J^T (J J^T)^-1, and the null-space projector is I - J# J.
-Shapes: n actuated joints, h hands, L links, O obstacles.
+Shapes: n actuated joints, m rows of all tasks (3 for each hand at a point), L links, O obstacles.
 """
 
 from __future__ import annotations
@@ -16,18 +16,23 @@ from numpy.typing import ArrayLike
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.errors import InvalidInput, checked_number
-from humanoid_rail.kinematics.kinematics import State
+from humanoid_rail.kinematics.state import State
+from humanoid_rail.kinematics.task import Task, stack_error, stack_jacobian
 
 SINGULAR_VALUE = 0.1
-"""Smallest singular value of J below which the pseudo-inverse is damped; above it eq. 4.9 is exact."""
+"""The pseudo-inverse is damped where the smallest singular value of J is below this; elsewhere eq. 4.9 is exact."""
 MAX_DAMPING = SINGULAR_VALUE / 2**0.5
-"""Damping at a singularity; it bounds the norm of J# by 1 / SINGULAR_VALUE."""
+"""The damping at a singularity bounds the norm of J# by 1 / SINGULAR_VALUE."""
 
 Objective = Callable[[State], ArrayLike]
-"""A secondary objective: from a state to a velocity (n,), m/s and rad/s, mostly the gradient of what is to grow."""
+"""A secondary objective maps a state to a velocity (n,), m/s and rad/s, mostly the gradient of what is to grow."""
 
 LARGEST = 1e4
-"""The largest gain or activation distance: beyond it nothing but rounding is left of a motion."""
+"""Gains and distances may be at most this: beyond it nothing but rounding is left of a motion."""
+REDUNDANT = 1e-12
+"""Singular values of J below this share of the largest belong to the null space."""
+LOST = 1e-3
+"""A direction is lost where damping leaves less than this share of the velocity that is asked for along it."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +44,7 @@ class Gains:
     """
 
     gain: float | Sequence[float] | Array = 1.0
-    """K in 1/s: its diagonal, one number for each coordinate of the hands, or one for all. Kept as a tuple."""
+    """Diagonal of K in 1/s: one number for all rows of the tasks, or one for each. Kept as a tuple."""
     c_mu: float = 1.0
     """Gain of the manipulability's gradient, 0 or more."""
     c_kappa: float = 1.0
@@ -47,12 +52,12 @@ class Gains:
     epsilon: float = 1.0
     """Activation distance of the penalty kappa in m, 0 or more. The paper does not give it."""
     objectives: Sequence[Objective] = ()
-    """Further secondary objectives, whose velocities eq. 4.8 adds; of the Python engine only. Kept as a tuple."""
+    """Further secondary objectives, whose velocities eq. 4.8 adds. Kept as a tuple."""
 
     def __post_init__(self) -> None:
         gains = np.ravel(np.asarray(self.gain, dtype=object))
         if not gains.size:
-            raise InvalidInput("gain", self.gain, "a number greater than 0, or one for each coordinate of the hands")
+            raise InvalidInput("gain", self.gain, "a number greater than 0, or one for each row of the tasks")
         diagonal = tuple(checked_number("gain", gain, above=0.0, most=LARGEST) for gain in gains)
         object.__setattr__(self, "gain", diagonal)
         for name in ("c_mu", "c_kappa", "epsilon"):
@@ -66,7 +71,7 @@ class Gains:
 
     @property
     def objective_names(self) -> tuple[str, ...]:
-        """The names of the further secondary objectives; of what has none, that of its class."""
+        """The names of the further secondary objectives; where one has no name, that of its class."""
         return tuple(getattr(objective, "__name__", type(objective).__name__) for objective in self.objectives)
 
     def diagonal(self, size: int) -> Array:
@@ -81,12 +86,6 @@ class Gains:
         return np.broadcast_to(diagonal, (size,)).copy()
 
 
-def task_error(state: State, targets: ArrayLike) -> Array:
-    """Return e = f(q) - x_f (3h,) of eq. 4.1 in m, for targets x_f (h, 3)."""
-    error: Array = (state.hands - np.asarray(targets, float)).ravel()
-    return error
-
-
 def damping(smallest_singular_value: float) -> float:
     """Return the damping lambda: 0 except next to a singularity (the cases of the paper stay above 0.3).
 
@@ -98,18 +97,15 @@ def damping(smallest_singular_value: float) -> float:
 
 
 def lost_direction(J: ArrayLike) -> Array | None:
-    """Return the unit vector (3h,) along which the hands can all but not move: None away from singularities.
-
-    Lost means that damping leaves less than 1/1000 of the velocity that is asked for along it.
-    """
+    """Return the unit vector (m,) along which the hands can hardly move; None away from singularities."""
     U, sigma, _ = np.linalg.svd(np.asarray(J, float), full_matrices=False)
     share = sigma[-1] ** 2 / (sigma[-1] ** 2 + damping(sigma[-1]) ** 2)
-    lost: Array | None = U[:, -1] if share < 1e-3 else None
+    lost: Array | None = U[:, -1] if share < LOST else None
     return lost
 
 
 def pseudoinverse(J: ArrayLike) -> Array:
-    """Return J# = J^T (J J^T + lambda^2 I)^-1 (n, 3h), with lambda = 0 except next to a singularity.
+    """Return J# = J^T (J J^T + lambda^2 I)^-1 (n, m), with lambda = 0 except next to a singularity.
 
     Computed from J = U diag(sigma) V^T as V diag(sigma / (sigma^2 + lambda^2)) U^T, which keeps full precision where
     J J^T would lose half of it.
@@ -127,7 +123,7 @@ def null_space_projector(J: ArrayLike) -> Array:
     vectors V of J's range.
     """
     _, sigma, Vt = np.linalg.svd(np.asarray(J, float), full_matrices=False)
-    V = Vt[sigma > 1e-12 * sigma[0]].T
+    V = Vt[sigma > REDUNDANT * sigma[0]].T
     projector: Array = np.eye(V.shape[0]) - V @ V.T
     return projector
 
@@ -136,9 +132,9 @@ def primary_velocity(J: ArrayLike, K: ArrayLike, e: ArrayLike) -> Array:
     """Return q_dot = -J# K e (n,), eq. 4.6.
 
     Args:
-        J: Jacobian (3h, n).
-        K: Diagonal of the gain matrix (3h,), 1/s.
-        e: Error of the hands (3h,), m.
+        J: Jacobian (m, n).
+        K: Diagonal of the gain matrix (m,), 1/s.
+        e: Error of the tasks (m,), m.
     """
     velocity: Array = -pseudoinverse(J) @ (np.asarray(K) * np.asarray(e))
     return velocity
@@ -149,7 +145,7 @@ def redundant_velocity(primary: ArrayLike, J: ArrayLike, secondary: ArrayLike) -
 
     Args:
         primary: q_dot* (n,), a solution of the primary task.
-        J: Jacobian (3h, n).
+        J: Jacobian (m, n).
         secondary: q_dot_0 (n,), any velocity.
     """
     velocity: Array = np.asarray(primary) + null_space_projector(J) @ np.asarray(secondary)
@@ -179,8 +175,18 @@ def secondary_velocity(state: State, gains: Gains) -> Array:
     slope = penalty_derivative(state.clearance, gains.epsilon)
     penalty_gradient = np.einsum("lo,lon->n", slope, state.clearance_gradient)
     velocity: Array = gains.c_mu * state.manipulability_gradient - gains.c_kappa * penalty_gradient
+    return velocity + objective_velocity(state, gains) if gains.objectives else velocity
+
+
+def objective_velocity(state: State, gains: Gains) -> Array:
+    """Return the sum (n,) of the velocities of `gains.objectives`, m/s and rad/s.
+
+    Raises:
+        InvalidInput: If one of these is not n finite numbers.
+    """
+    velocity = np.zeros(state.q.size)
     for i, objective in enumerate(gains.objectives):
-        velocity = velocity + _checked_velocity(objective(state), state, f"objectives[{i}]", gains.objective_names[i])
+        velocity += _checked_velocity(objective(state), state, f"objectives[{i}]", gains.objective_names[i])
     return velocity
 
 
@@ -194,14 +200,14 @@ def _checked_velocity(value: ArrayLike, state: State, field: str, name: str) -> 
     return velocity
 
 
-def gradient_projection(state: State, targets: ArrayLike, gains: Gains) -> Array:
+def gradient_projection(state: State, tasks: Sequence[Task], gains: Gains) -> Array:
     """Return q_dot (n,) of eq. 4.9, m/s and rad/s.
 
     Args:
         state: The robot among its obstacles at q.
-        targets: x_f (h, 3), m.
+        tasks: What is to be reached; for the paper a point for each hand.
         gains: K, c_mu, c_kappa and the activation distance.
     """
-    e = task_error(state, targets)
-    primary = primary_velocity(state.jacobian, gains.diagonal(e.size), e)
-    return redundant_velocity(primary, state.jacobian, secondary_velocity(state, gains))
+    e, J = stack_error(state, tasks), stack_jacobian(state, tasks)
+    primary = primary_velocity(J, gains.diagonal(e.size), e)
+    return redundant_velocity(primary, J, secondary_velocity(state, gains))

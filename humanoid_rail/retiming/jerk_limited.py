@@ -13,17 +13,17 @@ from humanoid_rail._arrays import Array
 from humanoid_rail.retiming.time_optimal import Limits, Profile, Progress
 
 DIP = 0.1
-"""By how much the speed has to fall to rise again for ruckig's profile to be divided there, in units of the largest."""
-LOOKS = 33
-"""Points at which each part of ruckig's profile is held against the limits."""
+"""Ruckig's profile is divided where the speed falls and rises again by this much, in units of the largest speed."""
+CHECKS = 33
+"""Each part of ruckig's profile is held against the limits at this many points."""
 ROUNDS = 60
-"""How often the parts of ruckig's profile are slowed down where they exceed limits."""
+"""The parts of ruckig's profile are slowed down at most this often where they exceed limits."""
 NEAR = 0.9
-"""A speed this near the largest, in units of it, is lowered with it."""
-END = 0.25
-"""So near to an end of a part of ruckig's profile, in units of its duration, the speed at that end is lowered."""
+"""A speed that is at least this share of the largest is lowered with it."""
+END_SHARE = 0.25
+"""Where limits are exceeded within this share of a part from one of its ends, the speed at that end is lowered."""
 WITHIN = 1.0 + 1e-3
-"""An excess that is left to the slowing down of the motion as a whole."""
+"""A smaller excess than this factor is left to the slowing down of the motion as a whole."""
 
 
 class _Part(NamedTuple):
@@ -67,8 +67,8 @@ def with_bounded_jerk(path: BSpline, profile: Profile, limits: Limits) -> Progre
                 # Only what matters where the limits are exceeded most: elsewhere the part may stay as fast as it is.
                 top = factor if v > NEAR * parts[i].rates[0] else 1.0
                 parts[i] = parts[i]._replace(rates=parts[i].rates / np.array([top, factor**2, factor**3]))
-                knots[i] /= factor if moment < END else 1.0
-                knots[i + 1] /= factor if moment > 1.0 - END else 1.0
+                knots[i] /= factor if moment < END_SHARE else 1.0
+                knots[i + 1] /= factor if moment > 1.0 - END_SHARE else 1.0
     arrival = np.concatenate([[0.0], np.cumsum([profile.duration for profile in profiles])])
 
     def position(t: Array) -> Array:
@@ -142,7 +142,7 @@ def _worst_excess(path: BSpline, profile: Any, limits: Limits) -> tuple[float, f
 
     And when that factor is needed, in units of its duration, and its speed then.
     """
-    times = np.linspace(0.0, profile.duration, LOOKS)
+    times = np.linspace(0.0, profile.duration, CHECKS)
     s, v, a = np.array([[x[0] for x in profile.at_time(t)] for t in times]).T[:, :, None]
     j = np.gradient(a[:, 0], times)[:, None]  # it jumps: its mean around each look
     d1, d2, d3 = path(s[:, 0], 1), path(s[:, 0], 2), path(s[:, 0], 3)
@@ -154,4 +154,4 @@ def _worst_excess(path: BSpline, profile: Any, limits: Limits) -> tuple[float, f
     ]
     factors = np.max([share ** (1.0 / order) for order, share in enumerate(shares, start=1)], axis=(0, 2))
     worst = int(factors.argmax())
-    return float(factors[worst]), worst / (LOOKS - 1), float(v[worst, 0])
+    return float(factors[worst]), worst / (CHECKS - 1), float(v[worst, 0])

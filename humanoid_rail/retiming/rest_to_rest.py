@@ -9,62 +9,66 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from humanoid_rail._arrays import Array
-from humanoid_rail.retiming.jerk_limited import with_bounded_jerk
 from humanoid_rail.errors import InvalidInput
-from humanoid_rail.search.smoothing import speed_units
+from humanoid_rail.kinematics.path_metric import speed_units
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.retiming.jerk_limited import with_bounded_jerk
 from humanoid_rail.retiming.time_optimal import Limits, Progress, averaged, fastest_profile, rise_time
 from humanoid_rail.trajectory import MAX_SAMPLES
 
-SHARES = (0.5, 1.0, 1.5, 2.0, 3.0)
-"""Over how long toppra's profile is averaged, in units of what joints take to come to its accelerations."""
-SLOWDOWNS, SLOWDOWN = 20, 1e-4
-"""How often a motion is slowed down a little to be within limits exactly, and how much more: more each time."""
+WINDOWS = (0.5, 1.0, 1.5, 2.0, 3.0)
+"""Toppra's profile is averaged over these windows, in units of the time that joints take to reach its accelerations."""
+SLOWDOWNS = 20
+"""A motion is slowed down at most this often to be within limits exactly."""
+SLOWDOWN = 1e-4
+"""A motion is slowed down by this share more than it seems to need, and by more each time."""
+ROUNDING = 1e-9
+"""A duration that exceeds whole intervals by this share of one is taken for whole intervals."""
 
 
 def follow(
     robot: Robot,
-    legs: Sequence[Array],
+    segments: Sequence[Array],
     paths: Sequence[BSpline | None],
     limits: Limits,
     dt: float,
     dwell: float,
     cut: float,
 ) -> tuple[Array, list[int]]:
-    """Return the control points (N + 2, n) of a motion along legs, and at which samples these end.
+    """Return the control points (N + 2, n) of a motion along segments, and at which samples these end.
 
     Args:
         robot: The robot.
-        legs: Paths (K, n) from one rest to the next, m and rad.
+        segments: Paths (K, n) from one rest to the next, m and rad.
         paths: The same, smooth; None for one that goes nowhere.
         limits: What joints can do.
         dt: Time between control points, s.
-        dwell: How long to rest after each leg but the last, s.
+        dwell: How long to rest after each segment but the last, s.
         cut: How far the motion may be from the smooth paths, s, joint coordinates in units of their speed limits.
 
     Raises:
         InvalidInput: If there would be too many samples.
     """
     # A sample depends on three control points: where these are equal it is at rest.
-    parts, ends, passed = [np.tile(legs[0][0], (3, 1))], list[int](), 0
-    for number, (leg, path) in enumerate(zip(legs, paths, strict=True)):
+    parts, ends, passed = [np.tile(segments[0][0], (3, 1))], list[int](), 0
+    for number, (segment, path) in enumerate(zip(segments, paths, strict=True)):
         if path is not None:
             parts.append(_control_points(path, limits, speed_units(robot), dt, cut))
             passed += len(parts[-1])
         ends.append(passed)
-        if dwell and number < len(legs) - 1:
+        if dwell and number < len(segments) - 1:
             waits = _count(dwell, dt)
-            parts.append(np.repeat(leg[-1:], waits, axis=0))
+            parts.append(np.repeat(segment[-1:], waits, axis=0))
             passed += waits
         if passed > MAX_SAMPLES:
             raise _too_many(dt)
     return np.vstack(parts), ends
 
 
-def _ways(path: BSpline, limits: Limits) -> Iterator[Progress]:
-    """Yield ways to follow a path fast.
+def _profiles(path: BSpline, limits: Limits) -> Iterator[Progress]:
+    """Yield profiles that follow a path fast.
 
-    Without limits of jerk there is one, the fastest within limits of velocity and acceleration. With them there are
+    Without jerk limits there is one, the fastest within limits of velocity and acceleration. With them there are
     several, and none need be the fastest of all: ruckig's, whose jerk is bounded, and toppra's, averaged over a while
     so that accelerations do not jump. These may still exceed limits of jerk, until they are slowed down.
 
@@ -78,15 +82,15 @@ def _ways(path: BSpline, limits: Limits) -> Iterator[Progress]:
         with suppress(RuntimeError):  # where ruckig has no answer
             yield with_bounded_jerk(path, turning, limits)
         rise = rise_time(path, free, limits)
-        for share in SHARES:
+        for share in WINDOWS:
             yield averaged(free, share * rise)
             yield averaged(turning, share * rise)
 
 
 def _control_points(path: BSpline, limits: Limits, units: Array, dt: float, cut: float) -> Array:
-    """Return the control points of a leg after those at which it begins, the last three where it ends."""
+    """Return the control points of a segment after those at which it begins, the last three where it ends."""
     best = None
-    for progress in _ways(path, limits):
+    for progress in _profiles(path, limits):
         most = MAX_SAMPLES if best is None else len(best) - 1
         found = _within_limits(path, progress, limits, units, dt, cut, most)
         best = best if found is None else found
@@ -124,7 +128,7 @@ def _sampled(path: BSpline, progress: Progress, slower: float, dt: float) -> Arr
 
 def _count(duration: float, dt: float) -> int:
     """Return how many intervals a duration takes."""
-    return int(np.ceil(duration / dt - 1e-9))
+    return int(np.ceil(duration / dt - ROUNDING))
 
 
 def _too_many(dt: float) -> InvalidInput:

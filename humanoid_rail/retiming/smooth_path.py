@@ -6,14 +6,15 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from humanoid_rail._arrays import Array
-from humanoid_rail.search.smoothing import speed_units, without_standstill
+from humanoid_rail.kinematics.path_metric import speed_units, without_standstill
 from humanoid_rail.model.robot import Robot
 
 DEGREE = 3
+"""The spline is cubic."""
 FEWEST = 8
-"""The fewest control points, so that a short path has a beginning, a middle and an end."""
-LOOKS = 8
-"""Points on each piece of a smooth path at which its distance from a polyline is looked at."""
+"""A path has at least this many control points, so that a short path has a beginning, a middle and an end."""
+CHECKS = 8
+"""The distance of a smooth path from a polyline is checked at this many points on each piece."""
 
 
 def smooth_path(robot: Robot, path: Array, spacing: float) -> BSpline:
@@ -44,7 +45,7 @@ def deviation(robot: Robot, path: Array, smooth: BSpline) -> float:
     Joint coordinates are in units of their speed limits. No point is farther from the path.
     """
     s, path = _by_length(robot, path)
-    looks = np.linspace(0.0, s[-1], LOOKS * len(smooth.c))
+    looks = np.linspace(0.0, s[-1], CHECKS * len(smooth.c))
     there = np.column_stack([np.interp(looks, s, column) for column in path.T])
     return float((np.linalg.norm((smooth(looks) - there) / speed_units(robot), axis=1)).max())
 

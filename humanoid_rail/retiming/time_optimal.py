@@ -14,10 +14,10 @@ from scipy.interpolate import BSpline
 
 from humanoid_rail._arrays import Array
 
-GRID = (4, 6, 3)
-"""Grid points on each piece of a path; the later ones where toppra finds nothing with the earlier ones."""
-TURNING = 0.5
-"""The share of the limit of jerk that the turning of the path may take."""
+GRID_POINTS = (4, 6, 3)
+"""Each piece of a path has this many grid points; the later numbers are for where toppra finds nothing with the earlier."""
+TURNING_SHARE = 0.5
+"""The turning of the path may take this share of the jerk limit."""
 
 
 class Limits(NamedTuple):
@@ -66,7 +66,7 @@ def fastest_profile(path: BSpline, limits: Limits) -> Profile:
         RuntimeError: If none is found, which does not happen unless numbers are out of all proportion.
     """
     knots = np.unique(path.t)
-    for pieces in GRID:
+    for pieces in GRID_POINTS:
         grid = np.append((knots[:-1, None] + np.diff(knots)[:, None] * np.arange(pieces) / pieces).ravel(), knots[-1])
         speed = _speed(path, grid, limits)
         if speed is not None:
@@ -135,7 +135,7 @@ def _speed(path: BSpline, grid: Array, limits: Limits) -> Array | None:
     def speeds(s: float) -> Array:
         """Return limits of velocity (n, 2) at s, at which turning takes no more than its share of the limit of jerk."""
         slope, turning = abs(path(s, 1)), abs(path(s, 3))
-        jerk = np.divide(TURNING * limits.jerk, turning, out=np.full_like(turning, np.inf), where=turning > 0)
+        jerk = np.divide(TURNING_SHARE * limits.jerk, turning, out=np.full_like(turning, np.inf), where=turning > 0)
         limit = np.minimum(velocity, np.maximum(slope, 1e-3 * slope.max()) * np.cbrt(jerk.min()) * unit)
         return np.column_stack([-limit, limit])
 

@@ -1,0 +1,1 @@
+"""Scenes: obstacles and targets as validated data, and files of them."""

@@ -12,10 +12,10 @@ from humanoid_rail._arrays import Array, frozen
 Pieces = tuple[Array, ...]
 """Vertices (k, 3) of convex bodies, in m."""
 
-# Largest concavity that CoACD leaves in a piece, relative to the size of the mesh.
 CONCAVITY = 0.05
-# What is thinner than this, in m, has no inside to speak of.
+"""CoACD leaves at most this concavity in a piece, relative to the size of the mesh."""
 THINNEST = 1e-5
+"""A mesh that is thinner than this has no inside to speak of, m."""
 
 
 def convex_pieces(file: str, scale: tuple[float, float, float]) -> Pieces:

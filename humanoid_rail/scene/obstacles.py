@@ -24,8 +24,8 @@ from humanoid_rail._arrays import frozen
 from humanoid_rail.scene.convex_decomposition import Pieces, convex_pieces
 from humanoid_rail.scene.validation import Frozen
 
-# Beyond this, in m, double precision no longer resolves the distances that matter to a robot.
 FARTHEST = 1e4
+"""Beyond this distance double precision no longer resolves the clearances that matter to a robot, m."""
 
 
 def plain(value: object) -> object:
@@ -181,12 +181,12 @@ def at_rest(obstacles: Sequence[Obstacle]) -> bool:
 
 def moved(obstacle: Obstacle, t: float) -> Obstacle:
     """Return where an obstacle is after a time in s, as one that is there at t = 0."""
-    way = [t * speed for speed in obstacle.velocity]
-    if not any(way):
+    displacement = [t * speed for speed in obstacle.velocity]
+    if not any(displacement):
         return obstacle
     if isinstance(obstacle, HalfSpace):
-        return obstacle.model_copy(update={"offset": obstacle.offset + float(np.dot(obstacle.normal, way))})
-    return obstacle.model_copy(update={"center": tuple(np.add(obstacle.center, way).tolist())})
+        return obstacle.model_copy(update={"offset": obstacle.offset + float(np.dot(obstacle.normal, displacement))})
+    return obstacle.model_copy(update={"center": tuple(np.add(obstacle.center, displacement).tolist())})
 
 
 def name_of(obstacles: Sequence[Obstacle], i: int) -> str:

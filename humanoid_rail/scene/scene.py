@@ -5,17 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 from pydantic import BeforeValidator, Field, ValidationError
-from ruamel.yaml import YAML
-from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.errors import MISSING, InvalidInput
-from humanoid_rail.scene.obstacles import Number, Obstacle, plain
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.scene.obstacles import Number, Obstacle, plain
 from humanoid_rail.scene.targets import Step, Targets, position
 from humanoid_rail.scene.validation import Frozen, invalid_input
 
@@ -135,25 +133,11 @@ def is_of_a_scene(error: InvalidInput) -> bool:
     return error.field.split(".")[0].split("[")[0] in Scene.model_fields
 
 
-def scene_schema(robot: Robot) -> dict[str, Any]:
-    """Return the JSON Schema of scene files for a robot, which editors use for completion and checks."""
-    schema = Scene.model_json_schema()
-    schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
-    schema["required"].remove("name")
-    once, steps = schema["properties"]["targets"]["oneOf"]
-    target = once.pop("additionalProperties")
-    once |= {
-        "properties": dict.fromkeys(robot.hand_names, target),
-        "required": list(robot.hand_names),
-        "additionalProperties": False,
-    }
-    steps["items"] = once
-    start = schema["properties"]["initial"]["anyOf"][0]
-    start |= {"minItems": robot.n, "maxItems": robot.n}
-    return schema
-
-
 def _parse(text: str, source: str) -> object:
+    # Imported here: a scene need not come from a file.
+    from ruamel.yaml import YAML
+    from ruamel.yaml.error import MarkedYAMLError, YAMLError
+
     # The pure loader is the one that reads YAML 1.2, in which 1e-3 is a number and JSON is YAML.
     try:
         return YAML(typ="safe", pure=True).load(text)

@@ -72,8 +72,8 @@ def direction(target: Target, pointing: tuple[float, float, float]) -> Array | N
     """
     if not isinstance(target, Pose) or not is_oriented(target):
         return None
-    way = np.array(target.approach if target.rpy is None else pin.rpy.rpyToMatrix(*target.rpy) @ np.array(pointing))
-    unit: Array = way / np.linalg.norm(way)
+    along = np.array(target.approach if target.rpy is None else pin.rpy.rpyToMatrix(*target.rpy) @ np.array(pointing))
+    unit: Array = along / np.linalg.norm(along)
     return unit
 
 

@@ -1,0 +1,1 @@
+"""Global planning where the local method gets stuck."""

@@ -1,6 +1,6 @@
-"""Looks for ways: goals by inverse kinematics, straight ways, sampled ways, shorter ones.
+"""Looks for paths: goals by inverse kinematics, straight edges, sampled paths, shortcuts.
 
-`way_out.py` says how these follow each other.
+`auto.py` says how these follow each other.
 """
 
 from __future__ import annotations
@@ -9,71 +9,89 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from itertools import islice
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from humanoid_rail._arrays import Array
-from humanoid_rail.search.goal_sampler import Solve, pull
-from humanoid_rail.search.smoothing import path_length, speed_units
+from humanoid_rail.collision.edge_checker import EdgeChecker
+from humanoid_rail.kinematics.path_metric import path_length, speed_units
 from humanoid_rail.model.robot import Robot
-from humanoid_rail.search.rrt_connect import Sampler, Validity
+from humanoid_rail.search.goal_sampler import Solve, pull
+
+if TYPE_CHECKING:
+    from humanoid_rail.search.rrt_connect import Sampler
 
 SEEDS = 16
-"""Starts of the inverse kinematics, ..."""
+"""Goals are looked for from this many starts of the inverse kinematics."""
 MORE_SEEDS = 48
-"""... of which there are more if few of them lead to goals, ..."""
-MOST_SEEDS = 4096
-"""... and how many at most, if none does."""
-NEAREST, GOALS = 8, 4
-"""Of so many goals nearest to the start, so many are kept."""
-FIRST_CHECKS, GROWTH = 600, 1.2
-"""Checks of the first search, and how many times as many each of the next gets."""
-MOST_CHECKS = 1e6
-"""Nor does any get more checks than this."""
-EDGES = (0.7, 0.3, 0.15)
-"""The longest edge of the trees, s, in turns: short ones find narrow ways, long ones are quick."""
-FIRST_MARGIN, MARGIN_GROWTH = 0.6, 1.1
-"""How far the box of the first search reaches beyond start and goals, s, and how many times as far that of the next."""
+"""Goals are looked for from up to this many starts if few of them lead to goals."""
+MAX_SEEDS = 4096
+"""Goals are looked for from up to this many starts if none leads to one."""
+NEAREST = 8
+"""The goals to choose from are this many, those nearest to the start."""
+GOALS = 4
+"""The search goes to this many goals at once."""
+FIRST_CHECKS = 600
+"""The first search of RRT-Connect may check this many edges."""
+GROWTH = 1.2
+"""Each further search may check this many times as many edges."""
+MAX_CHECKS = 1e6
+"""No single search may check more edges than this."""
+LONGEST_EDGES = (0.7, 0.3, 0.15)
+"""The longest edges of the trees in turn, s: short ones find narrow passages, long ones are quick."""
+FIRST_MARGIN = 0.6
+"""The box of the first search reaches this far beyond start and goals, s."""
+MARGIN_GROWTH = 1.1
+"""The box of each further search reaches this many times as far."""
 GOOD = 1.05
-"""A way is short enough if it is no longer than this, in units of the distance to the nearest goal."""
+"""A path is short enough if it is no longer than this, in units of the distance to the nearest goal."""
 EFFORT_AFTER_QP = 250
-"""Checks spent on a shorter way than that of the safe velocity."""
-EFFORT, LEAST_EFFORT, MOST_EFFORT = 10.0, 1500, 8000
-"""Checks spent on a shorter way than the first that was sampled: as many times what that one took, within bounds."""
+"""This many edge checks are spent on a shorter path than that of the safe velocity."""
+EFFORT = 10.0
+"""A shorter path than the first sampled one is looked for with this many times the checks that one took."""
+LEAST_EFFORT = 1500
+"""At least this many edge checks are spent on a shorter path than the first sampled one."""
+MOST_EFFORT = 8000
+"""At most this many edge checks are spent on a shorter path than the first sampled one."""
 FEW = 50
-"""It is not worth while to start a search with fewer checks."""
+"""A search with fewer edge checks than this is not worth starting."""
 QP, STRAIGHT, RRT_CONNECT = "qp", "straight line", "rrt-connect"
-"""What finds ways."""
+"""These find paths: the safe velocity, a straight edge, sampling."""
 
 
 @dataclass(eq=False)
-class WaySearch:
-    """What is known while a way is looked for. Paths are (K, n), configurations (n,), m and rad; lengths in s."""
+class PathSearch:
+    """What is known while a path is looked for. Paths are (K, n), configurations (n,), m and rad; lengths in s."""
 
     robot: Robot
-    validity: Validity
+    checker: EdgeChecker
     solve: Solve
     """Inverse kinematics."""
     distance: float
-    """What a goal keeps from everything, m."""
+    """The distance that a goal keeps from everything, m."""
     start: Array
     seeds: Iterator[Array]
     """Where the inverse kinematics begins."""
     random: np.random.Generator
+    max_edge_checks: int
+    """The budget that decides when there is no path."""
     deadline: float
+    """When planning is cut off, on the clock of `time.perf_counter`, s."""
     goals: list[Array] = field(default_factory=list)
-    """Those nearest to the start."""
+    """The goals nearest to the start."""
     tried: int = 0
-    """From how many configurations goals were looked for."""
+    """The number of configurations from which goals were looked for."""
     known: int = 0
-    """How many goals there are in all."""
+    """The number of goals in all."""
     best: Array | None = None
     found_by: str = ""
     raw: Array | None = None
     checks: int = 0
     searches: int = 0
 
-    def _is_over(self) -> bool:
+    def is_timed_out(self) -> bool:
+        """Return whether planning has to be cut off."""
         return time.perf_counter() > self.deadline
 
     def _length(self, path: Array) -> float:
@@ -83,25 +101,25 @@ class WaySearch:
         return self._length(np.array([self.start, q]))
 
     def consider(self, found_by: str, path: Array) -> None:
-        """Keep a way if it is the shortest so far."""
+        """Keep a path if it is the shortest so far."""
         if self.best is None or self._length(path) < self._length(self.best):
             self.best, self.found_by = path, found_by
 
     def completed(self, path: Array) -> Array:
-        """Return a path that ends within the tolerance of the targets, led on to a goal if there is a straight way."""
+        """Return a path that ends within the tolerance of the targets, continued to a goal if a straight edge is valid."""
         posture = self.solve(path[-1])
-        exact = posture.reaches(self.distance) and self.validity.holds_between(path[-1], posture.q)
+        exact = posture.reached and self.checker.is_edge_valid(path[-1], posture.q)
         return np.vstack([path, posture.q]) if exact else path
 
     def find_goals(self, count: int, most: int) -> list[Array]:
         """Return goals that are found from `count` starts, or from up to `most` as long as there are few."""
         found: list[Array] = []
         for i, seed in enumerate(islice(self.seeds, most)):
-            if self._is_over() or (i >= count and len(found) >= GOALS):
+            if self.is_timed_out() or (i >= count and len(found) >= GOALS):
                 break
             self.tried += 1
             posture = self.solve(seed)
-            if posture.reaches(self.distance):
+            if posture.reached:
                 found.append(posture.q)
         return found
 
@@ -109,42 +127,42 @@ class WaySearch:
         """Of the goals nearest to the start, keep the first, and those of the others whose objective is largest."""
         found = self.find_goals(SEEDS, MORE_SEEDS)
         if not found and self.best is None:
-            found = self.find_goals(0, MOST_SEEDS)
+            found = self.find_goals(0, MAX_SEEDS)
         nearest = sorted(found, key=self._from_start)[:NEAREST]
         kept = [*nearest[:1], *sorted(nearest[1:], key=objective, reverse=True)[: GOALS - 1]]
-        pulled = (pull(self.robot, q, self.start, self.solve, self.distance, self.deadline) for q in kept)
+        pulled = (pull(self.robot, q, self.start, self.solve, self.deadline) for q in kept)
         self.goals = sorted(pulled, key=self._from_start)
         if not self.goals and self.best is not None:
             self.goals = [self.best[-1]]
         self.known = len(self.goals)
 
     def go_straight(self) -> None:
-        """Look for a straight way to a goal."""
+        """Look for a straight edge to a goal."""
         for goal in self.goals:
             self.checks += 1
-            if self.validity.holds_between(self.start, goal):
+            if self.checker.is_edge_valid(self.start, goal):
                 self.consider(self.found_by or STRAIGHT, np.array([self.start, goal]))
                 return
 
     def sample(self) -> None:
-        """Look for ways by sampling until there is one, and for shorter ones while that may pay."""
+        """Look for paths by sampling until there is one, and for shorter ones while that may pay."""
         margin, most, effort = FIRST_MARGIN, float(FIRST_CHECKS), float(EFFORT_AFTER_QP)
         goals, others = self.goals, list[Array]()
         shortened = self.best is None or len(self.best) == 2
-        while self.goals and not self._is_over():
-            left = np.inf
+        while self.goals and not self.is_timed_out() and self.checks < self.max_edge_checks:
+            left = float(self.max_edge_checks - self.checks)
             if self.best is not None:
-                left = effort - self.checks
+                left = min(left, effort - self.checks)
                 if self._length(self.best) <= GOOD * self._from_start(self.goals[0]) or left < FEW:
                     break
-            sampler = Sampler(self.robot, self.validity, *self._box(goals, margin), self.deadline)
+            sampler = self._sampler(goals, margin)
             if self.best is not None and not shortened:
                 self.consider(self.found_by, sampler.shorten(self.best, self._seed()))
                 shortened = True
             else:
-                edge = EDGES[self.searches % len(EDGES)]
+                longest = LONGEST_EDGES[self.searches % len(LONGEST_EDGES)]
                 self.searches += 1
-                path = sampler.connect(self.start, goals, self._seed(), edge, int(min(most, left)))
+                path = sampler.connect(self.start, goals, self._seed(), longest, int(min(most, left)))
                 if path is not None:
                     if self.best is None:
                         effort = min(max(EFFORT * (self.checks + sampler.checks), LEAST_EFFORT), MOST_EFFORT)
@@ -152,35 +170,45 @@ class WaySearch:
                     self.raw = path if self.raw is None else self.raw
                     self.consider(RRT_CONNECT, sampler.shorten(path, self._seed()))
                 elif self.best is None:
-                    # Perhaps these goals are where nothing leads to: others are tried, then all, and so on.
-                    if self.searches % 2:
-                        found = self.find_goals(SEEDS, MORE_SEEDS)
-                        others += found
-                        goals = found or self.goals
-                    else:
-                        goals = [*self.goals, *others]
-                    margin, most = margin * MARGIN_GROWTH, min(most * GROWTH, MOST_CHECKS)
-            # A search that ends at once has to end too.
+                    goals = self._other_goals(others)
+                    margin, most = margin * MARGIN_GROWTH, min(most * GROWTH, MAX_CHECKS)
+            # A search that ends at once has to count too.
             self.checks += max(1, sampler.checks)
         self.known = len(self.goals) + len(others)
 
-    def explain(self, max_planning_time: float) -> str:
-        """Say why there is no way."""
-        if not self.goals and self._is_over():
-            return f"{max_planning_time:g} s did not suffice to find a configuration at the targets, let alone a way"
+    def _other_goals(self, others: list[Array]) -> list[Array]:
+        """Return what to search for next: nothing may lead to these goals, so others are tried, then all, and so on."""
+        if self.searches % 2:
+            found = self.find_goals(SEEDS, MORE_SEEDS)
+            others += found
+            return found or self.goals
+        return [*self.goals, *others]
+
+    def explain(self) -> str:
+        """Say why there is no path."""
+        if self.is_timed_out():
+            what = "no path was found" if self.goals else "no configuration at the targets was found"
+            return f"{what} before planning was cut off by max_planning_time ({self._effort()})"
         if not self.goals:
             what = f"no configuration at the targets that keeps {self.distance:.3g} m from everything"
             return f"{what} was found by inverse kinematics from {self.tried} starts"
         return (
-            f"no way to any of {self.known} configurations at the targets was found in {max_planning_time:g} s "
-            f"({self.searches} searches, {self.checks} straight ways checked); what is in the way may leave none"
+            f"no path to any of {self.known} configurations at the targets was found ({self._effort()}); what is in the "
+            "way may leave none"
         )
 
-    def _box(self, goals: list[Array], margin: float) -> tuple[Array, Array]:
+    def _effort(self) -> str:
+        return f"{self.searches} searches, {self.checks} of at most {self.max_edge_checks} edges checked"
+
+    def _sampler(self, goals: list[Array], margin: float) -> Sampler:
+        # Imported here: OMPL takes longer than the whole package, and many scenes need none of it.
+        from humanoid_rail.search.rrt_connect import Sampler
+
         ends = np.array([self.start, *goals, *([] if self.best is None else self.best)])
         beyond = np.where(self.robot.velocity_limit > 0, margin * speed_units(self.robot), 0.0)
         lower = np.maximum(self.robot.lower, ends.min(axis=0) - beyond)
-        return lower, np.minimum(self.robot.upper, ends.max(axis=0) + beyond)
+        upper = np.minimum(self.robot.upper, ends.max(axis=0) + beyond)
+        return Sampler(self.robot, self.checker, lower, upper, self.deadline)
 
     def _seed(self) -> int:
         return int(self.random.integers(1, 2**31))

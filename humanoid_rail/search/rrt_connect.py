@@ -1,12 +1,11 @@
-"""Ways between configurations by sampling, from OMPL (Sucan, Moll and Kavraki 2012): the only import of it.
+"""Paths between configurations by sampling, with OMPL (Sucan, Moll and Kavraki 2012).
 
-RRT-Connect (Kuffner and LaValle 2000) grows a tree from the start and one from the goals until they meet. What it finds
-is made shorter by OMPL's shortcuts. Configurations are measured in units of the speed limits, so that the length of a
+RRT-Connect (Kuffner and LaValle 2000) grows a tree from the start and one from the goals until they meet. The path that
+it finds is shortened by OMPL's shortcutting. Configurations are measured in units of the speed limits, so that the length of a
 path is the time it takes at them.
 
 The same seed gives the same path, whatever happens in other threads: OMPL draws its seeds from one generator of the
-process, which is set before each call and kept to it meanwhile. So threads wait for each other here, until their time
-is over; processes do not.
+process, which is set before each call and kept for it. So threads wait for each other here; processes do not.
 """
 
 from __future__ import annotations
@@ -15,61 +14,50 @@ import threading
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import Protocol
 
 import numpy as np
 from ompl import base, geometric, util
 
 from humanoid_rail._arrays import Array
-from humanoid_rail.search.smoothing import speed_units
+from humanoid_rail.collision.edge_checker import EdgeChecker
+from humanoid_rail.kinematics.path_metric import speed_units
 from humanoid_rail.model.robot import Robot
 
 SHORTCUTS = 100
-"""Attempts to join two points of a path by a straight line, and ..."""
-SHARE = 0.33
-"""... how far apart these are at most, as a share of the path."""
-SNAP = 0.005
-"""Such a point is a corner if it is that near to one, as a share of the path."""
-ROPE_PIECE, ROPE_TOLERANCE = 0.2, 0.1
-"""Of the pass that tightens a path like a rope: how long the pieces are that it looks at, s; what an equally long way
-may differ by."""
+"""Shortcutting tries this often to join two points of a path by a straight edge."""
+SHORTCUT_SHARE = 0.33
+"""Two points that are joined by a shortcut are at most this share of the path apart."""
+SNAP_SHARE = 0.005
+"""A point this near to a corner, as a share of the path, is taken to be the corner."""
+ROPE_PIECE = 0.2
+"""The pass that tightens a path like a rope looks at pieces of this length, s."""
+ROPE_TOLERANCE = 0.1
+"""A path that the rope pass takes for equally long may differ by this."""
 
 _lock = threading.Lock()
-
-
-class Validity(Protocol):
-    """Tells where the robot may be and go: :class:`humanoid_rail.validity.Validity`, or the native one."""
-
-    def holds_at(self, q: Array) -> bool:
-        """Return whether a configuration (n,) is allowed."""
-        ...
-
-    def holds_between(self, a: Array, b: Array) -> bool:
-        """Return whether the straight way between two configurations (n,) is."""
-        ...
 
 
 class _Checks:
     """What OMPL asks. It must not know the `Sampler`: through OMPL's own pointers neither would ever be freed."""
 
-    def __init__(self, validity: Validity, units: Array, lower: Array, upper: Array, deadline: float) -> None:
-        self.validity, self.units, self.lower, self.upper, self.deadline = validity, units, lower, upper, deadline
+    def __init__(self, checker: EdgeChecker, units: Array, lower: Array, upper: Array, deadline: float) -> None:
+        self.checker, self.units, self.lower, self.upper, self.deadline = checker, units, lower, upper, deadline
         self.count = 0
 
     def point(self, state: base.RealVectorStateType) -> Array:
-        # The way there and back may have led over a limit, by rounding.
+        # Scaling there and back may have led over a limit, by rounding.
         point: Array = np.clip(np.array(state[0 : self.units.size]) * self.units, self.lower, self.upper)
         return point
 
     def is_over(self) -> bool:
         return time.perf_counter() > self.deadline
 
-    def holds_at(self, state: base.RealVectorStateType) -> bool:
-        return self.validity.holds_at(self.point(state))
+    def is_valid(self, state: base.RealVectorStateType) -> bool:
+        return self.checker.is_valid(self.point(state))
 
-    def holds_between(self, a: base.RealVectorStateType, b: base.RealVectorStateType) -> bool:
+    def is_edge_valid(self, a: base.RealVectorStateType, b: base.RealVectorStateType) -> bool:
         self.count += 1
-        return not self.is_over() and self.validity.holds_between(self.point(a), self.point(b))
+        return not self.is_over() and self.checker.is_edge_valid(self.point(a), self.point(b))
 
 
 class _Motions(base.MotionValidator):  # type: ignore[misc]
@@ -78,12 +66,12 @@ class _Motions(base.MotionValidator):  # type: ignore[misc]
         self._checks = checks
 
     def checkMotion(self, a: base.RealVectorStateType, b: base.RealVectorStateType) -> bool:
-        return self._checks.holds_between(a, b)
+        return self._checks.is_edge_valid(a, b)
 
 
 @contextmanager
 def _ompl(seed: int, deadline: float) -> Iterator[bool]:
-    """Have OMPL draw its random numbers from a seed, and say nothing; False if others keep it until a deadline."""
+    """Have OMPL draw its random numbers from a seed, and log nothing; False if other threads use it until a deadline."""
     left = deadline - time.perf_counter()
     if not _lock.acquire(timeout=min(max(left, 0.0), threading.TIMEOUT_MAX)):
         yield False
@@ -99,14 +87,16 @@ def _ompl(seed: int, deadline: float) -> Iterator[bool]:
 
 
 class Sampler:
-    """A box of configurations in which ways are looked for. Not to be shared between threads."""
+    """A box of configurations in which paths are looked for. Not to be shared between threads."""
 
-    def __init__(self, robot: Robot, validity: Validity, lower: Array, upper: Array, deadline: float = np.inf) -> None:
+    def __init__(
+        self, robot: Robot, checker: EdgeChecker, lower: Array, upper: Array, deadline: float = np.inf
+    ) -> None:
         """Set up the box.
 
         Args:
             robot: The robot.
-            validity: What tells whether a straight way holds.
+            checker: What tells whether an edge is valid.
             lower: Corner of the box (n,), m and rad.
             upper: The opposite corner (n,).
             deadline: When to stop, on the clock of `time.perf_counter`, s.
@@ -119,14 +109,14 @@ class Sampler:
             bounds.setHigh(i, float(high))
         space.setBounds(bounds)
         self._information = base.SpaceInformation(space)
-        self._checks = _Checks(validity, units, lower, upper, deadline)
+        self._checks = _Checks(checker, units, lower, upper, deadline)
         self._information.setMotionValidator(_Motions(self._information, self._checks))
-        self._information.setStateValidityChecker(self._checks.holds_at)
+        self._information.setStateValidityChecker(self._checks.is_valid)
         self._information.setup()
 
     @property
     def checks(self) -> int:
-        """How many straight ways have been checked."""
+        """The number of edges that have been checked."""
         return self._checks.count
 
     def connect(self, start: Array, goals: Sequence[Array], seed: int, longest: float, max_checks: int) -> Array | None:
@@ -135,13 +125,13 @@ class Sampler:
         Args:
             start: Configuration (n,), m and rad.
             goals: Configurations (n,).
-            seed: Of the random numbers.
+            seed: Seed of the random numbers.
             longest: The longest edge of the trees, s.
-            max_checks: The most straight ways to check.
+            max_checks: The most edges to check.
         """
         checks, last = self._checks, self.checks + max_checks
-        # For a goal that is none OMPL would wait.
-        states = [state for state in map(self._state, goals) if checks.holds_at(state)]
+        # OMPL would wait for a goal that is not valid.
+        states = [state for state in map(self._state, goals) if checks.is_valid(state)]
         if not states:
             return None
         problem = base.ProblemDefinition(self._information)
@@ -164,8 +154,8 @@ class Sampler:
         """Return a path (K, n) with the same ends that is shorter, or as long.
 
         Args:
-            path: Configurations (K, n), whose pieces hold.
-            seed: Of the random numbers.
+            path: Configurations (K, n), joined by valid edges.
+            seed: Seed of the random numbers.
         """
         shorter = geometric.PathGeometric(self._information)
         for q in path:
@@ -174,7 +164,7 @@ class Sampler:
             if not mine:
                 return path
             simplifier = geometric.PathSimplifier(self._information)
-            simplifier.partialShortcutPath(shorter, SHORTCUTS, SHORTCUTS, SHARE, SNAP)
+            simplifier.partialShortcutPath(shorter, SHORTCUTS, SHORTCUTS, SHORTCUT_SHARE, SNAP_SHARE)
             simplifier.ropeShortcutPath(shorter, ROPE_PIECE, ROPE_TOLERANCE)
             simplifier.reduceVertices(shorter)
             simplifier.collapseCloseVertices(shorter)

@@ -1,0 +1,1 @@
+"""Pictures of motions: the playback page in the browser."""

@@ -7,8 +7,8 @@ import numpy as np
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.kinematics.kinematics import Kinematics
-from humanoid_rail.scene.obstacles import HalfSpace
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.scene.obstacles import HalfSpace
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.scene.shapes import PlacedShape, placed_shapes
 from humanoid_rail.scene.targets import position
@@ -21,10 +21,10 @@ NEARBY = 1.5
 """How far from robot and targets obstacles still count for the picture, m."""
 
 
-def sight(robot: Robot, scene: Scene, trajectory: Trajectory) -> tuple[Array, Array]:
-    """Return the middle of what is to be seen, and where the camera is from there.
+def viewpoint(robot: Robot, scene: Scene, trajectory: Trajectory) -> tuple[Array, Array]:
+    """Return the middle (3,) of what is to be seen, and where the camera is from there (3,), m.
 
-    To be seen are the robot all along its way, the targets and what of the obstacles is near them.
+    To be seen are the robot during the whole motion, the targets and those parts of the obstacles that are near them.
     """
     kinematics = Kinematics(robot)
     times = np.linspace(0.0, trajectory.duration, 12)
@@ -43,7 +43,7 @@ def sight(robot: Robot, scene: Scene, trajectory: Trajectory) -> tuple[Array, Ar
 
 
 def _bounds(placed: PlacedShape) -> Array:
-    """Return the corners (2, 3) of the box around a shape; none (0, 3) for a half-space, which has no end."""
+    """Return the corners (2, 3) of the box around a shape, m; none (0, 3) for a half-space, which has no end."""
     if isinstance(placed.shape, coal.Halfspace):
         return np.zeros((0, 3))
     body = coal.CollisionObject(placed.shape, placed.placement)

@@ -1,25 +1,22 @@
-"""The closest bodies at each moment of a motion: of links and obstacles, and of two links."""
+"""The closest bodies at each moment of a motion: a link and an obstacle, and two links."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from itertools import pairwise
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from humanoid_rail._arrays import Array
-from humanoid_rail.scene.obstacles import name_of
+from humanoid_rail.collision import closest_pairs as collision
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.scene.obstacles import name_of
 from humanoid_rail.scene.scene import Scene
-from humanoid_rail.collision.swept_distance import Nearest, Pair, Snapshot, Sweep
 from humanoid_rail.trajectory import Trajectory
 
-AROUND = 1.0 / 30.0
-"""How long before and after the closest of the given moments the samples are looked at too, s."""
-TIE = 1e-5
-"""The closest pair remains so until another is closer by this, m: some links are always equally far from each other."""
+REFINED = 1.0 / 30.0
+"""The samples of a motion this long before and after the closest of the given moments are looked at too, s."""
 
 
 class Closest(NamedTuple):
@@ -41,10 +38,10 @@ class Closest(NamedTuple):
 class ClosestPairs(NamedTuple):
     """The closest pairs at each of some moments."""
 
-    obstacles: tuple[Closest, ...]
-    """Of a link and an obstacle; empty without obstacles."""
-    links: tuple[Closest, ...]
-    """Of two links; empty without pairs to check."""
+    obstacles: tuple[Closest, ...] = ()
+    """A link and an obstacle at each moment; empty without obstacles."""
+    links: tuple[Closest, ...] = ()
+    """Two links at each moment; empty without pairs to check."""
 
 
 def closest_pairs(robot: Robot, scene: Scene, trajectory: Trajectory, times: ArrayLike) -> ClosestPairs:
@@ -54,24 +51,24 @@ def closest_pairs(robot: Robot, scene: Scene, trajectory: Trajectory, times: Arr
         robot: The robot.
         scene: The scene the motion was planned in; obstacles that move start at t = 0.
         trajectory: The motion.
-        times: When (K,), in order, s.
+        times: The moments (K,), in order, s.
+
+    Raises:
+        EngineMissing: If there is no native engine.
     """
-    sweep = Sweep(robot, scene.obstacles)
-    moments = [sweep.take(float(t), trajectory.configuration(float(t))) for t in np.asarray(times, float)]
-    ways = [sweep.ways(a.q, b.q) for a, b in pairwise(moments)]
-    links = np.array([own.travel for own, _ in ways]).reshape(len(ways), len(robot.link_names))
-    between = np.array([relative.travel for _, relative in ways]).reshape(len(ways), len(sweep.link_pairs))
-    speeds = np.array([sweep.speed(pair) for pair in sweep.obstacle_pairs])
-    around = links[:, [pair.link for pair in sweep.obstacle_pairs]] + np.outer(
-        np.diff([at.t for at in moments]), speeds
-    )
-
-    def closest(pairs: Sequence[Pair], ways: Array) -> tuple[Closest, ...]:
-        return tuple(_named(robot, scene, *found) for found in _follow(sweep, pairs, moments, ways))
-
+    t = np.asarray(times, float)
+    q = np.array([trajectory.configuration(moment) for moment in t.tolist()]).reshape(len(t), robot.n)
+    obstacles, links = collision.closest_pairs(robot, scene.obstacles, t, q)
+    names = robot.link_names
     return ClosestPairs(
-        obstacles=closest(sweep.obstacle_pairs, around) if sweep.obstacle_pairs else (),
-        links=closest(sweep.link_pairs, between) if sweep.link_pairs else (),
+        obstacles=tuple(
+            Closest(at, names[pair.link], name_of(scene.obstacles, pair.other), pair.distance, pair.points)
+            for at, pair in zip(t.tolist(), obstacles, strict=bool(obstacles))
+        ),
+        links=tuple(
+            Closest(at, names[pair.link], names[pair.other], pair.distance, pair.points)
+            for at, pair in zip(t.tolist(), links, strict=bool(links))
+        ),
     )
 
 
@@ -82,53 +79,37 @@ def closest_of_all(robot: Robot, scene: Scene, trajectory: Trajectory, pairs: Cl
         robot: The robot.
         scene: The scene the motion was planned in.
         trajectory: The motion.
-        pairs: The closest pairs at moments all along it. Around the closest ones the samples are looked at too, and
+        pairs: The closest pairs at moments all along it. The samples around the closest ones are looked at too, and
             the moments at which the trajectory says that it is closest to obstacles or in contact.
+
+    Raises:
+        EngineMissing: If there are such pairs but no native engine.
     """
-    found = [_least(kind) for kind in pairs if kind]
-    times = [trajectory.t[abs(trajectory.t - closest.t) <= AROUND] for closest in found]
+    if not any(pairs):
+        return ()
+    found = [_closest(kind) for kind in pairs if kind]
+    times = [trajectory.t[abs(trajectory.t - closest.t) <= REFINED] for closest in found]
     if trajectory.clearance.size:
         times.append(trajectory.t[[trajectory.clearance.min(axis=1).argmin()]])
-    if trajectory.certificate.contact is not None:
+    if trajectory.certificate is not None and trajectory.certificate.contact is not None:
         times.append(np.array([trajectory.certificate.contact.t]))
-    if not times:
-        return ()
     finer = closest_pairs(robot, scene, trajectory, np.unique(np.concatenate(times)))
-    return tuple(_least([*rough, *fine]) for rough, fine in zip(pairs, finer, strict=True) if rough)
+    return tuple(_closest([*rough, *fine]) for rough, fine in zip(pairs, finer, strict=True) if rough)
 
 
-def _least(some: Iterable[Closest]) -> Closest:
+def _closest(some: Iterable[Closest]) -> Closest:
+    """Return the closest of some pairs; of those as close up to rounding, the first."""
     return min(some, key=lambda closest: round(closest.distance, 6))
 
 
-def _named(robot: Robot, scene: Scene, t: float, pair: Pair, nearest: Nearest) -> Closest:
-    other = robot.link_names[pair.other] if pair.piece is None else name_of(scene.obstacles, pair.other)
-    points = np.array([nearest.point, nearest.point + nearest.distance * nearest.normal])
-    return Closest(t, robot.link_names[pair.link], other, nearest.distance, points)
+def trace_clearance(trajectory: Trajectory, pairs: ClosestPairs) -> Array | None:
+    """Return the clearance that the colours of the hands' traces show, at each sample (N,), m.
 
-
-def _follow(
-    sweep: Sweep, pairs: Sequence[Pair], moments: Sequence[Snapshot], ways: Array
-) -> Iterator[tuple[float, Pair, Nearest]]:
-    """Yield the closest of some pairs at each moment; of those as close, the one before.
-
-    A pair is measured only when it could be the closest: its distance has shrunk by no more than how far the two have
-    come since it was measured last.
-
-    Args:
-        sweep: What measures.
-        pairs: The pairs (P,).
-        moments: The moments (K,).
-        ways: How far the two of each pair get relative to each other from each moment to the next (K - 1, P), m.
+    It is the one from obstacles; without obstacles the one between links; None without both.
     """
-    bound = np.full(len(pairs), -np.inf)
-    before = -1
-    for at, way in zip(moments, np.vstack([np.zeros(len(pairs)), ways]), strict=True):
-        bound -= way
-        measured: dict[int, Nearest] = {}
-        # The one with the least bound is the closest once its bound is what was measured.
-        while (i := int(bound.argmin())) not in measured:
-            measured[i] = sweep.measure(pairs[i], at)
-            bound[i] = measured[i].distance - (TIE if i == before else 0.0)
-        before = i
-        yield at.t, pairs[i], measured[i]
+    if trajectory.clearance.size:
+        nearest: Array = trajectory.clearance.min(axis=1)
+        return nearest
+    if not pairs.links:
+        return None
+    return np.interp(trajectory.t, [pair.t for pair in pairs.links], [pair.distance for pair in pairs.links])

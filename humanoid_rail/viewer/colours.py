@@ -1,4 +1,4 @@
-"""The colours of hands, the same in every picture."""
+"""The colours of the pictures: of hands, the same everywhere, and of clearances."""
 
 from __future__ import annotations
 
@@ -7,7 +7,19 @@ import numpy as np
 from humanoid_rail._arrays import Array
 
 HANDS = (0x1F70CC, 0xE86B1A, 0x2E9E5B, 0x8E44AD)
-"""Of each hand in turn, red, green and blue in a byte each."""
+"""The colour of each hand in turn; here as everywhere a byte each of red, green and blue."""
+CLEARANCE_SCALE = ((0.0, 0xD7191C), (0.1, 0xF07F1B), (0.25, 0xEFBF1D), (0.5, 0x6F9DBF))
+"""Colours by clearance in m, linear in between: red near contact, blue far from it.
+
+Red, orange and yellow differ in lightness, and blue from them in hue, so that eyes that do not tell red from green can
+read the scale too."""
+PENETRATION_COLOUR = 0x4A0014
+"""The colour where the clearance is negative."""
+OBSTACLE_COLOUR = 0xC0305A
+WALL_COLOUR = 0x7C8792
+"""The colour of half-spaces, which fill much of a picture."""
+CLOSEST_COLOUR = 0x11151C
+"""The colour of the line between the closest bodies."""
 
 
 def hand_colour(i: int) -> int:
@@ -18,3 +30,10 @@ def hand_colour(i: int) -> int:
 def rgb(colour: int) -> Array:
     """Return red, green and blue (3,), from 0 to 1."""
     return np.array([colour >> 16 & 0xFF, colour >> 8 & 0xFF, colour & 0xFF]) / 255.0
+
+
+def clearance_colours(clearance: Array) -> Array:
+    """Return the colours (..., 3) of clearances (...) in m: red, green and blue from 0 to 1."""
+    at, colours = [x for x, _ in CLEARANCE_SCALE], np.array([rgb(colour) for _, colour in CLEARANCE_SCALE])
+    scaled = np.stack([np.interp(clearance, at, channel) for channel in colours.T], axis=-1)
+    return np.where((clearance < 0)[..., None], rgb(PENETRATION_COLOUR), scaled)

@@ -1,4 +1,4 @@
-"""Position drives for simulators: gains that suit what each joint has to move."""
+"""Position actuators for simulators: gains that suit what each joint has to move."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from humanoid_rail.errors import InvalidInput
 from humanoid_rail.model.robot import Robot
 
 BANDWIDTH = 20.0
-"""Natural frequency of every drive, Hz. The errors in following grow with its inverse square."""
+"""Natural frequency of every actuator, Hz. The tracking errors grow with its inverse square."""
 
 
 @dataclass(frozen=True)
-class Drive:
-    """The drive of a joint: force = kp (ctrl - q) - kv q_dot."""
+class PositionActuator:
+    """The actuator of a joint: force = kp (ctrl - q) - kv q_dot."""
 
     joint: str
     kp: float
@@ -32,7 +32,7 @@ def gravity_load(robot: Robot, q: Array) -> Array:
     """Return the forces that hold the robot against gravity, S^T g (N, n), N and N m.
 
     Args:
-        robot: The robot. What holds its passive joints is their leaders.
+        robot: The robot. Its passive joints are held by those that they follow.
         q: Configurations (N, n), m and rad.
     """
     model, data = robot.model, robot.model.createData()
@@ -41,8 +41,8 @@ def gravity_load(robot: Robot, q: Array) -> Array:
     ) @ np.asarray(robot.coupling)
 
 
-def drives(robot: Robot, q: Array) -> tuple[Drive, ...]:
-    """Return a critically damped drive for each actuated joint.
+def position_actuators(robot: Robot, q: Array) -> tuple[PositionActuator, ...]:
+    """Return a critically damped actuator for each actuated joint.
 
     With the largest inertia I that the joint sees in any of the configurations, the other joints held, and the natural
     frequency w, kp = I w^2 and kv = 2 I w.
@@ -67,6 +67,6 @@ def drives(robot: Robot, q: Array) -> tuple[Drive, ...]:
     w = 2 * np.pi * BANDWIDTH
     limits = [float(model.effortLimit[model.joints[model.getJointId(name)].idx_v]) for name in robot.joint_names]
     return tuple(
-        Drive(name, float(inertia * w**2), float(2 * inertia * w), limit if limit > 0 else np.inf)
+        PositionActuator(name, float(inertia * w**2), float(2 * inertia * w), limit if limit > 0 else np.inf)
         for name, inertia, limit in zip(robot.joint_names, seen, limits, strict=True)
     )

@@ -12,15 +12,15 @@ import numpy as np
 import pinocchio as pin
 
 from humanoid_rail._arrays import Array
-from humanoid_rail.viewer.camera import sight
-from humanoid_rail.viewer.colours import hand_colour, rgb
-from humanoid_rail.io.mujoco.actuators import Drive
+from humanoid_rail.io.mujoco.actuators import PositionActuator
 from humanoid_rail.io.mujoco.mjcf_bodies import add_robot, find, numbers, shape_attributes, visuals
-from humanoid_rail.scene.obstacles import HalfSpace, Obstacle, is_moving, name_of
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.scene.obstacles import HalfSpace, Obstacle, is_moving, name_of
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.scene.shapes import PlacedShape, placed_shapes, support
 from humanoid_rail.trajectory import Trajectory
+from humanoid_rail.viewer.camera import viewpoint
+from humanoid_rail.viewer.colours import hand_colour, rgb
 
 TIMESTEP = 5e-4
 """Of the simulation, s."""
@@ -58,7 +58,9 @@ TEMPLATE = f"""
 """
 
 
-def mjcf(robot: Robot, scene: Scene, trajectory: Trajectory, gains: Sequence[Drive], ctrl: Array) -> str:
+def mjcf(
+    robot: Robot, scene: Scene, trajectory: Trajectory, actuators: Sequence[PositionActuator], ctrl: Array
+) -> str:
     """Return a motion's robot and scene as the text of an MJCF file.
 
     Every link of the URDF is a body, fixed ones too, with its inertia, its primitive visual bodies (group 2) and the
@@ -69,8 +71,8 @@ def mjcf(robot: Robot, scene: Scene, trajectory: Trajectory, gains: Sequence[Dri
         robot: The robot.
         scene: The scene; what moves is a mocap body, whose position is its displacement since t = 0.
         trajectory: The motion: for the keyframe `start` and the view.
-        gains: The drives of the actuated joints.
-        ctrl: What they are given at the start (n,), m and rad.
+        actuators: Those of the actuated joints.
+        ctrl: The command that they are given at the start (n,), m and rad.
 
     Raises:
         InvalidInput: If a collision body has no thickness.
@@ -81,15 +83,15 @@ def mjcf(robot: Robot, scene: Scene, trajectory: Trajectory, gains: Sequence[Dri
     _set_view(document, robot, scene, trajectory)
     if not any(isinstance(obstacle, HalfSpace) for obstacle in scene.obstacles):
         _add_floor(world, robot)
-    add_robot(world, robot, gains)
+    add_robot(world, robot, actuators)
     for i, (hand, end) in enumerate(zip(robot.hands, trajectory.hands[-1], strict=True)):
         rgba = f"{numbers(rgb(hand_colour(i)))} 0.4"
         SubElement(world, "site", name=f"{hand.name}_end", pos=numbers(end), size="0.05", rgba=rgba)
     _add_obstacles(document, scene)
     _add_contacts(document, robot, scene)
     _add_coupling(find(document, "equality"), robot)
-    for drive in gains:
-        attributes = {"name": drive.joint, "joint": drive.joint, "kp": repr(drive.kp), "kv": repr(drive.kv)}
+    for actuator in actuators:
+        attributes = {"name": actuator.joint, "joint": actuator.joint, "kp": repr(actuator.kp), "kv": repr(actuator.kv)}
         SubElement(find(document, "actuator"), "position", attributes)
     start = {"qpos": robot.full_configuration(trajectory.q[0]), "ctrl": ctrl}
     SubElement(find(document, "keyframe"), "key", {k: numbers(v) for k, v in start.items()}, name="start")
@@ -98,7 +100,7 @@ def mjcf(robot: Robot, scene: Scene, trajectory: Trajectory, gains: Sequence[Dri
 
 
 def _set_view(document: Element, robot: Robot, scene: Scene, trajectory: Trajectory) -> None:
-    middle, camera = sight(robot, scene, trajectory)
+    middle, camera = viewpoint(robot, scene, trajectory)
     distance = float(np.linalg.norm(camera))
     # MuJoCo's own camera is 1.5 times the extent away from the centre.
     find(document, "statistic").attrib |= {"center": numbers(middle), "extent": repr(distance / 1.5)}
@@ -114,8 +116,8 @@ def _add_floor(world: Element, robot: Robot) -> None:
     """Draw a floor under the root link. It touches nothing."""
     root = next(frame.name for frame in robot.model.frames if frame.type == pin.FrameType.BODY)
     down = np.array([0.0, 0.0, -1.0])
-    feet = [-support(visual, down) for visual, _ in visuals(ElementTree.fromstring(robot.urdf), root)]
-    place = {"pos": numbers([0.0, 0.0, min(feet, default=0.0)]), "size": "0 0 1"}
+    undersides = [-support(visual, down) for visual, _ in visuals(ElementTree.fromstring(robot.urdf), root)]
+    place = {"pos": numbers([0.0, 0.0, min(undersides, default=0.0)]), "size": "0 0 1"}
     SubElement(world, "geom", {"class": "visual"}, type="plane", material="floor", **place)
 
 

@@ -11,11 +11,11 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from humanoid_rail.viewer.colours import hand_colour, rgb
-from humanoid_rail.io.mujoco.actuators import Drive
 from humanoid_rail.errors import MISSING, InvalidInput
+from humanoid_rail.io.mujoco.actuators import PositionActuator
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.shapes import PlacedShape
+from humanoid_rail.viewer.colours import hand_colour, rgb
 
 WORLD = "world"
 """What MuJoCo calls the body that everything stands on."""
@@ -23,13 +23,13 @@ PLAIN = "0.7 0.7 0.7 1"
 """Colour of what has none."""
 
 
-def add_robot(world: Element, robot: Robot, gains: Sequence[Drive]) -> None:
+def add_robot(world: Element, robot: Robot, actuators: Sequence[PositionActuator]) -> None:
     """Add a robot to the world: a body for each link, and a site `NAME_hand` at each hand.
 
     Args:
         world: The element to add to.
         robot: The robot.
-        gains: The drives of its actuated joints.
+        actuators: Those of its actuated joints.
 
     Raises:
         InvalidInput: If a collision body has no thickness.
@@ -37,7 +37,7 @@ def add_robot(world: Element, robot: Robot, gains: Sequence[Drive]) -> None:
     urdf = ElementTree.fromstring(robot.urdf)
     links = {link.attrib["name"]: link for link in urdf.findall("link")}
     joints = {joint.attrib["name"]: joint for joint in urdf.findall("joint")}
-    limits = {drive.joint: drive.effort_limit for drive in gains}
+    limits = {actuator.joint: actuator.effort_limit for actuator in actuators}
     frames = robot.model.frames
     elements = {WORLD: world}
     for index, frame in enumerate(frames):
@@ -117,20 +117,29 @@ def visuals(urdf: Element, link: str) -> Iterator[tuple[PlacedShape, str]]:
         colour = None if material is None else material.find("color")
         at = _origin(visual)
         placement = coal.Transform3s(at.rotation, at.translation)
-        for primitive in find(visual, "geometry"):
-            size = {
-                name: [float(x) for x in text.split()] for name, text in primitive.attrib.items() if name != "filename"
-            }
-            match primitive.tag:
-                case "box":
-                    shape = coal.Box(*size["size"])
-                case "cylinder":
-                    shape = coal.Cylinder(*size["radius"], *size["length"])
-                case "sphere":
-                    shape = coal.Sphere(*size["radius"])
-                case _:
-                    continue
+        shape = _primitive(link, find(visual, "geometry/*"))
+        if shape is not None:
             yield PlacedShape(shape, placement), PLAIN if colour is None else colour.attrib["rgba"]
+
+
+def _primitive(link: str, element: Element) -> coal.ShapeBase | None:
+    """Return a shape of a URDF; None of a mesh.
+
+    Raises:
+        InvalidInput: If it is a shape that URDF does not have.
+    """
+    size = {name: [float(x) for x in element.get(name, "").split()] for name in ("size", "radius", "length")}
+    match element.tag:
+        case "box":
+            return coal.Box(*size["size"])
+        case "cylinder":
+            return coal.Cylinder(*size["radius"], *size["length"])
+        case "sphere":
+            return coal.Sphere(*size["radius"])
+        case "mesh":
+            return None
+        case tag:
+            raise InvalidInput(f"visual body of {link}", tag, "box, cylinder, sphere or mesh")
 
 
 def shape_attributes(placed: PlacedShape) -> dict[str, str]:

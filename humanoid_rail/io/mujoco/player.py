@@ -3,7 +3,7 @@
     python play.py              the viewer, in a loop
     python play.py --headless   simulates once; prints how well the robot follows and what it touches
 
-The robot is driven, not placed: each actuated joint has a position drive, whose force is kp (ctrl - q) - kv q_dot. With
+The robot is moved by actuators, not placed: each actuated joint has a position actuator, whose force is kp (ctrl - q) - kv q_dot. With
 ctrl = q_ref + (kv q_dot_ref + load) / kp that is kp (q_ref - q) + kv (q_dot_ref - q_dot) + load: the damping does not
 hold back the motion, and the weight, which the load bears, does not pull the robot down.
 """
@@ -51,11 +51,11 @@ class Tracking:
     contacts: tuple[Touch, ...]
     """Each pair once, by time."""
     largest_forces: dict[str, float]
-    """Of the drives, by joint; N or N m."""
+    """Of the actuators, by joint; N or N m."""
 
 
 @dataclass(frozen=True)
-class Motion:
+class ExportedMotion:
     """What `motion.npz` holds. N samples, nq joints, n actuated ones, h hands, k moving obstacles."""
 
     time: Array
@@ -67,7 +67,7 @@ class Motion:
     load: Array
     """What holds the robot against gravity at the samples (N, n), N and N m."""
     ctrl: Array
-    """What the drives are given at the samples (N, n), m and rad."""
+    """What the actuators are given at the samples (N, n), m and rad."""
     hands: Array
     """Positions of the hands (N, h, 3), m."""
     mocap: Array
@@ -91,37 +91,37 @@ class Motion:
         return np.array([np.interp(t, self.time, column) for column in flat.T]).reshape(samples.shape[1:])
 
 
-def load(folder: str | Path) -> tuple[mujoco.MjModel, Motion]:
+def load(folder: str | Path) -> tuple[mujoco.MjModel, ExportedMotion]:
     """Return the model and the motion of an exported folder."""
     folder = Path(folder)
     with np.load(folder / "motion.npz") as arrays:
-        motion = Motion(**arrays)
+        motion = ExportedMotion(**arrays)
     return mujoco.MjModel.from_xml_path(str(folder / "scene.xml")), motion
 
 
-def start(model: mujoco.MjModel, motion: Motion) -> mujoco.MjData:
+def start(model: mujoco.MjModel, motion: ExportedMotion) -> mujoco.MjData:
     """Return the robot at the start of the motion."""
     data = mujoco.MjData(model)
     reset(model, data, motion)
     return data
 
 
-def reset(model: mujoco.MjModel, data: mujoco.MjData, motion: Motion) -> None:
+def reset(model: mujoco.MjModel, data: mujoco.MjData, motion: ExportedMotion) -> None:
     """Put the robot to the start of the motion."""
     mujoco.mj_resetDataKeyframe(model, data, model.key("start").id)
     data.qvel[:] = motion.qvel[0]
 
 
-def control(model: mujoco.MjModel, motion: Motion, t: float) -> Array:
-    """Return what the drives are given (n,) at a time in s."""
-    driven = model.actuator_trnid[:, 0]
+def control(model: mujoco.MjModel, motion: ExportedMotion, t: float) -> Array:
+    """Return what the actuators are given (n,) at a time in s."""
+    joints = model.actuator_trnid[:, 0]
     qpos, qvel = motion.at(t)
     kp, kv = -model.actuator_biasprm[:, 1], -model.actuator_biasprm[:, 2]
-    forces = kv * qvel[model.jnt_dofadr[driven]] + motion.between(motion.load, t)
-    return np.asarray(qpos[model.jnt_qposadr[driven]] + forces / kp)
+    forces = kv * qvel[model.jnt_dofadr[joints]] + motion.between(motion.load, t)
+    return np.asarray(qpos[model.jnt_qposadr[joints]] + forces / kp)
 
 
-def step(model: mujoco.MjModel, data: mujoco.MjData, motion: Motion) -> None:
+def step(model: mujoco.MjModel, data: mujoco.MjData, motion: ExportedMotion) -> None:
     """Simulate one step of the motion."""
     data.ctrl[:] = control(model, motion, data.time)
     data.mocap_pos[:] = motion.between(motion.mocap, data.time)
@@ -173,7 +173,7 @@ def _note_contacts(
             touches[pair] = Touch(time, model.geom(pair[0]).name, model.geom(pair[1]).name, depth)
 
 
-def draw_paths(scene: mujoco.MjvScene, motion: Motion) -> None:
+def draw_paths(scene: mujoco.MjvScene, motion: ExportedMotion) -> None:
     """Add the planned paths of the hands to what is drawn."""
     shown = np.unique(np.linspace(0, len(motion.time) - 1, 150).round().astype(int))
     for path in motion.hands[shown].transpose(1, 0, 2):
@@ -222,7 +222,7 @@ def main() -> None:
         print(f"contact: {touch.one} and {touch.other}, from {touch.time:.3f} s, up to {1e3 * touch.depth:.1f} mm deep")
     if not tracking.contacts:
         print("no contacts")
-    print("largest forces and torques of the drives, N and N m:")
+    print("largest forces and torques of the actuators, N and N m:")
     for joint, force in tracking.largest_forces.items():
         print(f"  {joint}: {force:.1f}")
 

@@ -1,0 +1,69 @@
+// What the files of the bindings share.
+#pragma once
+
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <nanobind/eigen/dense.h>
+#include <nanobind/nanobind.h>
+#include <nanobind/stl/function.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
+
+#include "../types.hpp"
+
+namespace humanoid_rail {
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+void bind_model(nb::module_& module);
+void bind_scene(nb::module_& module);
+void bind_kinematics(nb::module_& module);
+void bind_tasks(nb::module_& module);
+void bind_collision(nb::module_& module);
+void bind_options(nb::module_& module);
+void bind_resolution(nb::module_& module);
+void bind_benchmark(nb::module_& module);
+
+inline void check_size(const char* what, Eigen::Index given, Eigen::Index size) {
+  if (given == size) return;
+  throw std::invalid_argument(std::string(what) + " needs " + std::to_string(size) + " numbers, not " +
+                              std::to_string(given));
+}
+
+inline void check_finite(const char* what, const Eigen::Ref<const Rows>& given) {
+  if (!given.allFinite()) throw std::invalid_argument(std::string(what) + " needs finite numbers");
+}
+
+inline void check_configuration(const char* what, const Eigen::Ref<const Vector>& q, int n) {
+  check_size(what, q.size(), n);
+  check_finite(what, q.transpose());
+}
+
+// A Python function that C++ may keep, copy and drop without the interpreter's lock, and that takes it to be called.
+class Callback {
+ public:
+  explicit Callback(nb::callable function)
+      : function_(new nb::callable(std::move(function)), [](nb::callable* kept) {
+          const nb::gil_scoped_acquire acquire;
+          delete kept;
+        }) {}
+
+  template <class Result>
+  [[nodiscard]] Result call(const Vector& q, double t) const {
+    const nb::gil_scoped_acquire acquire;
+    return nb::cast<Result>((*function_)(q, t));
+  }
+
+ private:
+  std::shared_ptr<nb::callable> function_;
+};
+
+}  // namespace humanoid_rail

@@ -1,0 +1,28 @@
+// What Python sees of the engine, a file a room.
+#include <coal/config.hh>
+#include <pinocchio/config.hpp>
+
+#include "../resolution/rollout.hpp"
+#include "bindings.hpp"
+
+namespace humanoid_rail {
+
+NB_MODULE(_engine, module) {
+  module.doc() = "The native engine: velocities, motions and proofs on Pinocchio and coal, in C++.";
+  module.attr("PINOCCHIO_VERSION") = PINOCCHIO_VERSION;
+  module.attr("COAL_VERSION") = COAL_VERSION;
+  module.attr("CONTACT") = CONTACT;
+  module.attr("RESOLUTION") = RESOLUTION;
+  module.attr("APART") = APART;
+  module.attr("PROGRESS") = PROGRESS;
+  bind_model(module);
+  bind_scene(module);
+  bind_tasks(module);
+  bind_kinematics(module);
+  bind_collision(module);
+  bind_options(module);
+  bind_resolution(module);
+  bind_benchmark(module);
+}
+
+}  // namespace humanoid_rail

@@ -1,0 +1,210 @@
+#include "certifier.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace humanoid_rail {
+
+namespace {
+
+// A pair is looked at again after this many times the displacement that it can spare.
+constexpr double LOOK_AHEAD = 1.6;
+// This many pieces of obstacles are measured without asking whether they are near.
+constexpr int FEW_PIECES = 64;
+// This many samples are looked at together: few enough to stay in the processor's cache.
+constexpr Eigen::Index BLOCK = 128;
+
+}  // namespace
+
+// One motion, block by block and pair by pair: a pair is looked at again when it could have come near enough to matter.
+class Certifier::Search {
+ public:
+  Search(Certifier& self, const Eigen::Ref<const Vector>& t, const Eigen::Ref<const Rows>& q)
+      : self_(self), t_(t), q_(q) {}
+
+  Certificate run() {
+    const Eigen::Index samples = t_.size();
+    for (first_ = 0; first_ == 0 || first_ + 1 < samples; first_ += BLOCK) {
+      last_ = std::min(first_ + BLOCK, samples - 1);
+      measure_paths();
+      seen_.assign(static_cast<std::size_t>(last_ - first_ + 1), false);
+      glance();
+      for (const Nearest& pair : self_.pairs_) search(pair);
+    }
+    result_.bound = std::min({result_.bound, result_.min_obstacles, result_.min_links}) - CONTACT;
+    result_.certified = !result_.contact && result_.bound > 0.0;
+    return result_;
+  }
+
+ private:
+  // Measures pairs of links here and there, and obstacles that are few: the sooner a small clearance is known, the less
+  // of what is larger has to be looked at.
+  void glance() {
+    for (const Eigen::Index k : {last_, (first_ + last_) / 2}) {
+      for (Nearest pair : self_.pairs_) {
+        if (pair.piece < FEW_PIECES) measure(pair, at(k));
+      }
+    }
+  }
+
+  // Follows a pair through the block.
+  void search(Nearest here) {
+    const bool with_obstacle = here.is_with_obstacle();
+    double& least = with_obstacle ? result_.min_obstacles : result_.min_links;
+    if (with_obstacle && stays_far(here, least)) return;
+    measure(here, at(first_));
+    if (here.distance < CONTACT) touch(here, at(first_));
+    accept(here.distance);
+    for (Eigen::Index k = first_; k < last_;) {
+      const double spare = here.distance - wanted(least, t_[k], false);
+      Displacement moved{displacement(here, k, k + 1), 0.0};
+      Nearest there = here;
+      if (moved.length <= LOOK_AHEAD * spare) {
+        // As far as the two can go and come back, if they are as far apart again there; ...
+        const Eigen::Index hoped = farthest(here, k, LOOK_AHEAD * spare);
+        measure(there, at(hoped));
+        const double between = (here.distance + there.distance - displacement(here, k, hoped)) / 2.0;
+        if (between >= wanted(least, t_[k], false)) {
+          accept(between);
+          here = there;
+          k = hoped;
+          continue;
+        }
+        // ... or at least as far as they can spare.
+        if (const Eigen::Index next = farthest(here, k, spare); next > k) {
+          accept(here.distance - displacement(here, k, next));
+          k = next;
+          if (k < last_) measure(here, at(k));
+          continue;
+        }
+      }
+      measure(there, at(k + 1));
+      const Matrix& curvature = with_obstacle ? link_curvature_ : pair_curvature_;
+      moved.curvature = curvature(k - first_, with_obstacle ? here.link : here.pair);
+      step(here, at(k), there, at(k + 1), moved);
+      here = there;
+      ++k;
+    }
+  }
+
+  // Bounds a pair on the edge between two moments at which it was measured.
+  void step(const Nearest& here, const Snapshot& a, const Nearest& there, const Snapshot& b, const Displacement& moved) {
+    const double least = here.is_with_obstacle() ? result_.min_obstacles : result_.min_links;
+    const double bound = self_.swept_.lower_bound(here, a, there, b, moved, wanted(least, a.t, true));
+    if (bound >= wanted(least, a.t, true)) return accept(bound);
+    if (moved.length <= CONTACT) {
+      touch(there, b);
+      return accept(bound);
+    }
+    const Snapshot middle = self_.swept_.snapshot(0.5 * (a.t + b.t), 0.5 * (a.q + b.q));
+    Nearest between = here;
+    measure(between, middle);
+    // Half the edge, at half the rates.
+    const Displacement half{0.5 * moved.length, 0.25 * moved.curvature};
+    step(here, a, between, middle, half);
+    step(between, middle, there, b, half);
+  }
+
+  // What a bound has to reach: the smallest clearance so far, or where a step is looked at closely a little less. Until
+  // there is contact every pair has to be proven apart.
+  double wanted(double least, double t, bool closely) const {
+    double wanted = least;
+    if (closely) wanted -= least > 0.0 ? std::min(RESOLUTION, least / 2.0) : RESOLUTION;
+    return !result_.contact || t < result_.contact->t ? std::max(wanted, 0.5 * CONTACT) : wanted;
+  }
+
+  void accept(double bound) { result_.bound = std::min(result_.bound, bound); }
+
+  void touch(const Nearest& pair, const Snapshot& at) {
+    if (result_.contact && result_.contact->t <= at.t) return;
+    result_.contact = Contact{at.t, pair.link, pair.other, pair.is_with_obstacle(), pair.point};
+  }
+
+  // Whether balls around link and piece are so far apart that they need no closer look in this block.
+  bool stays_far(const Nearest& pair, double least) {
+    const auto& piece = self_.swept_.pieces()[static_cast<std::size_t>(pair.piece)];
+    if (piece.shape->getNodeType() == coal::GEOM_HALFSPACE || std::isinf(least)) return false;
+    const auto& body = *self_.robot().bodies.geometryObjects[static_cast<std::size_t>(pair.link)].geometry;
+    const Snapshot& start = at(first_);
+    const Eigen::Vector3d middle = self_.swept_.body(start, pair.link).act(Eigen::Vector3d(body.aabb_center));
+    const Eigen::Vector3d other = piece.at(start.t).transform(piece.shape->aabb_center);
+    const double distance = (middle - other).norm() - body.aabb_radius - piece.shape->aabb_radius;
+    const double bound = distance - displacement(pair, first_, last_);
+    if (bound < wanted(least, start.t, false)) return false;
+    accept(bound);
+    return true;
+  }
+
+  void measure(Nearest& pair, const Snapshot& at) {
+    double& least = pair.is_with_obstacle() ? result_.min_obstacles : result_.min_links;
+    least = std::min(least, self_.swept_.measure(pair, at));
+  }
+
+  // How far the two of a pair get relative to each other between two samples, m.
+  double displacement(const Nearest& pair, Eigen::Index from, Eigen::Index to) const {
+    const bool with_obstacle = pair.is_with_obstacle();
+    const Matrix& path = with_obstacle ? link_path_ : pair_path_;
+    const Eigen::Index column = with_obstacle ? pair.link : pair.pair;
+    const double moved = self_.swept_.speed(pair) * (t_[to] - t_[from]);
+    return path(to - first_, column) - path(from - first_, column) + moved;
+  }
+
+  // The last sample of the block until which a pair gets no farther than it can spare.
+  Eigen::Index farthest(const Nearest& pair, Eigen::Index from, double spare) const {
+    Eigen::Index low = from, high = last_;
+    if (displacement(pair, from, last_) <= spare) return last_;
+    while (high - low > 1) {
+      const Eigen::Index middle = (low + high) / 2;
+      (displacement(pair, from, middle) <= spare ? low : high) = middle;
+    }
+    return low;
+  }
+
+  void measure_paths() {
+    const Robot& robot = self_.robot();
+    const Eigen::Index count = last_ - first_ + 1;
+    link_path_.setZero(count, robot.links());
+    pair_path_.setZero(count, static_cast<Eigen::Index>(robot.self_collision_pairs.size()));
+    link_curvature_.setZero(link_path_.rows(), link_path_.cols());
+    pair_curvature_.setZero(pair_path_.rows(), pair_path_.cols());
+    for (Eigen::Index i = 1; i < count; ++i) {
+      self_.swept_.edge_bounds(q_.row(first_ + i - 1).transpose(), q_.row(first_ + i).transpose(), bounds_);
+      const auto add = [i](const std::vector<Displacement>& moved, Matrix& path, Matrix& curvature) {
+        for (std::size_t c = 0; c < moved.size(); ++c) {
+          const auto column = static_cast<Eigen::Index>(c);
+          path(i, column) = path(i - 1, column) + moved[c].length;
+          curvature(i - 1, column) = moved[c].curvature;
+        }
+      };
+      add(bounds_.links, link_path_, link_curvature_);
+      add(bounds_.pairs, pair_path_, pair_curvature_);
+    }
+  }
+
+  // The robot at a sample of the block.
+  const Snapshot& at(Eigen::Index k) {
+    const auto i = static_cast<std::size_t>(k - first_);
+    if (!seen_[i]) self_.swept_.snapshot(t_[k], q_.row(k).transpose(), self_.snapshots_[i]);
+    seen_[i] = true;
+    return self_.snapshots_[i];
+  }
+
+  Certifier& self_;
+  const Eigen::Ref<const Vector>& t_;
+  const Eigen::Ref<const Rows>& q_;
+  Certificate result_;
+  Eigen::Index first_ = 0, last_ = 0;  // The block.
+  Matrix link_path_, pair_path_;  // From the first sample of the block to each: a row for each sample.
+  Matrix link_curvature_, pair_curvature_;  // From each sample to the next.
+  EdgeBounds bounds_;
+  std::vector<char> seen_;  // Of the samples of the block, in self_.snapshots_.
+};
+
+Certifier::Certifier(std::shared_ptr<const Robot> robot, const Obstacles& obstacles)
+    : swept_(robot, obstacles.pieces()), pairs_(all_pairs(*robot, obstacles.pieces())), snapshots_(BLOCK + 1) {}
+
+Certificate Certifier::certify(const Eigen::Ref<const Vector>& t, const Eigen::Ref<const Rows>& q) {
+  return Search(*this, t, q).run();
+}
+
+}  // namespace humanoid_rail

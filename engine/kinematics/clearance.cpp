@@ -1,0 +1,153 @@
+#include "clearance.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include <coal/shape/geometric_shapes.h>
+#include <pinocchio/collision/coal-pinocchio-conversions.hpp>
+
+namespace humanoid_rail {
+
+namespace {
+
+// How far to look for the nearest obstacle, first and, before everything, last, m.
+constexpr double FIRST_REACH = 0.25;
+constexpr double LAST_REACH = 1e3;
+
+}  // namespace
+
+bool ObstacleClearances::Candidates::collide(coal::CollisionObject* piece, coal::CollisionObject*) {
+  found.push_back(static_cast<const Body*>(piece->getUserData()));
+  return false;  // Go on.
+}
+
+ObstacleClearances::ObstacleClearances(std::shared_ptr<const Robot> robot, const Obstacles& obstacles)
+    : robot_(std::move(robot)),
+      obstacles_(obstacles),
+      first_of_(static_cast<std::size_t>(obstacles.size())) {
+  // The robot has its boxes already, and other threads may be reading them.
+  for (const auto& body : robot_->bodies.geometryObjects) links_.emplace_back(body.geometry, false);
+  boxed_.reserve(pieces().size());
+  bodies_.reserve(pieces().size());
+  for (const Obstacles::Piece& piece : pieces()) {
+    bodies_.push_back({&piece, static_cast<int>(bodies_.size()), piece.placement});
+    Body& body = bodies_.back();
+    coal::CollisionObject* object = nullptr;
+    if (piece.shape->getNodeType() == coal::GEOM_HALFSPACE) {
+      unbounded_.push_back(&body);
+    } else {
+      boxed_.emplace_back(piece.shape, piece.placement);
+      object = &boxed_.back();
+      object->setUserData(&body);
+    }
+    if (piece.moves()) moving_.emplace_back(&body, object);
+  }
+  std::vector<coal::CollisionObject*> objects;
+  for (auto& object : boxed_) objects.push_back(&object);
+  tree_.registerObjects(objects);
+  tree_.setup();
+  candidates_.found.reserve(pieces().size());
+}
+
+void ObstacleClearances::move_to(double t) {
+  if (t == t_) return;
+  t_ = t;
+  for (auto& [body, object] : moving_) {
+    body->placement = body->piece->at(t);
+    if (object == nullptr) continue;
+    object->setTransform(body->placement);
+    object->computeAABB();
+    tree_.update(object);
+  }
+}
+
+void ObstacleClearances::within(double horizon, const Kinematics& kinematics, NearObstacles& found) {
+  found.obstacles.clear();
+  found.pieces.clear();
+  for (std::size_t i = 0; i < links_.size(); ++i) {
+    const int link = static_cast<int>(i);
+    const coal::Transform3s placement = pinocchio::toCoalTransform3s(kinematics.body(link));
+    const std::size_t begin = found.obstacles.size();
+    links_[i].setTransform(placement);
+    links_[i].computeAABB();
+    links_[i].getAABB().expand(horizon);
+    candidates_.found.assign(unbounded_.begin(), unbounded_.end());
+    tree_.collide(&links_[i], &candidates_);
+    for (const Body* body : candidates_.found) measure(link, placement, *body, horizon, found);
+    for (std::size_t k = begin; k < found.obstacles.size(); ++k) {
+      first_of_[static_cast<std::size_t>(found.obstacles[k].other)] = 0;
+    }
+  }
+}
+
+void ObstacleClearances::within_or_nearest(double horizon, const Kinematics& kinematics, NearObstacles& found) {
+  within(horizon, kinematics, found);
+  if (pieces().empty() || !found.obstacles.empty()) return;
+  double reach = std::max(horizon, FIRST_REACH);
+  for (within(reach, kinematics, found); found.obstacles.empty(); within(reach, kinematics, found)) {
+    if (std::isinf(reach)) throw std::runtime_error("a distance that is not a number");
+    reach = reach < LAST_REACH ? 2.0 * reach : INFINITE;
+  }
+  const auto shorter = [](const Nearest& a, const Nearest& b) { return a.distance < b.distance; };
+  const auto& near = found.obstacles;
+  const double shortest = std::min_element(near.begin(), near.end(), shorter)->distance;
+  const auto longer = [&](const Nearest& pair) { return pair.distance > shortest; };
+  for (auto* pairs : {&found.obstacles, &found.pieces}) {
+    pairs->erase(std::remove_if(pairs->begin(), pairs->end(), longer), pairs->end());
+  }
+}
+
+// Measures a link against a piece and keeps the result where it is the nearest piece of its obstacle so far.
+void ObstacleClearances::measure(int link, const coal::Transform3s& placement, const Body& body, double horizon,
+                                 NearObstacles& found) {
+  const Obstacles::Piece& piece = *body.piece;
+  Nearest nearest;
+  const auto& shape = *robot_->bodies.geometryObjects[static_cast<std::size_t>(link)].geometry;
+  meter_.measure(shape, placement, *piece.shape, body.placement, nearest);
+  if (!(nearest.distance <= horizon)) return;
+  nearest.pair = link * static_cast<int>(pieces().size()) + body.index;
+  nearest.link = link;
+  nearest.other = piece.obstacle;
+  nearest.piece = body.index;
+  nearest.rate = nearest.normal.dot(piece.velocity);
+  if (obstacles_.is_compound()) found.pieces.push_back(nearest);
+  std::size_t& first = first_of_[static_cast<std::size_t>(piece.obstacle)];
+  if (first == 0) {
+    found.obstacles.push_back(nearest);
+    first = found.obstacles.size();
+  } else if (nearest.distance < found.obstacles[first - 1].distance) {
+    found.obstacles[first - 1] = nearest;
+  }
+}
+
+LinkClearances::LinkClearances(std::shared_ptr<const Robot> robot)
+    : robot_(std::move(robot)),
+      placements_(static_cast<std::size_t>(robot_->links())),
+      middles_(static_cast<std::size_t>(robot_->links())) {}
+
+void LinkClearances::within(double horizon, const Kinematics& kinematics, std::vector<Nearest>& found) {
+  found.clear();
+  const auto& bodies = robot_->bodies.geometryObjects;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    placements_[i] = pinocchio::toCoalTransform3s(kinematics.body(static_cast<int>(i)));
+    middles_[i] = placements_[i].transform(bodies[i].geometry->aabb_center);
+  }
+  int pair = -1;
+  for (const auto& [link, other] : robot_->self_collision_pairs) {
+    ++pair;
+    const auto a = static_cast<std::size_t>(link), b = static_cast<std::size_t>(other);
+    const auto &shape_a = *bodies[a].geometry, &shape_b = *bodies[b].geometry;
+    const double reach = horizon + shape_a.aabb_radius + shape_b.aabb_radius;
+    if ((middles_[a] - middles_[b]).squaredNorm() > reach * reach) continue;
+    Nearest nearest;
+    meter_.measure(shape_a, placements_[a], shape_b, placements_[b], nearest);
+    if (!(nearest.distance <= horizon)) continue;
+    nearest.pair = pair;
+    nearest.link = link;
+    nearest.other = other;
+    found.push_back(nearest);
+  }
+}
+
+}  // namespace humanoid_rail

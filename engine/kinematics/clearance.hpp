@@ -1,0 +1,85 @@
+// How near the links of a robot are to obstacles, the psi of eq. 3.3, and to each other.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include <coal/broadphase/broadphase_dynamic_AABB_tree.h>
+
+#include "../scene/obstacles.hpp"
+#include "distance.hpp"
+#include "kinematics.hpp"
+
+namespace humanoid_rail {
+
+// Which obstacles are near.
+struct NearObstacles {
+  std::vector<Nearest> obstacles;  // For each link and obstacle the nearest piece.
+  std::vector<Nearest> pieces;     // Every piece; empty where each obstacle has just one.
+
+  // The pairs of a link and a piece.
+  [[nodiscard]] const std::vector<Nearest>& by_piece(bool is_compound) const { return is_compound ? pieces : obstacles; }
+};
+
+// Finds which obstacles are near, with the workspace that takes. Not to be shared between threads.
+class ObstacleClearances {
+ public:
+  ObstacleClearances(std::shared_ptr<const Robot> robot, const Obstacles& obstacles);
+  ObstacleClearances(const ObstacleClearances&) = delete;  // The tree points into what is here.
+  ObstacleClearances& operator=(const ObstacleClearances&) = delete;
+
+  // Moves the obstacles to where they are at a time, s.
+  void move_to(double t);
+  // Finds, link by link, every pair of a link and an obstacle whose distance is not more than the horizon. What lies in
+  // bounding boxes farther away is not measured.
+  void within(double horizon, const Kinematics& kinematics, NearObstacles& found);
+  // The same, or the shortest distance of all where every one is beyond the horizon.
+  void within_or_nearest(double horizon, const Kinematics& kinematics, NearObstacles& found);
+
+  [[nodiscard]] const Obstacles& obstacles() const { return obstacles_; }
+  [[nodiscard]] const std::vector<Obstacles::Piece>& pieces() const { return obstacles_.pieces(); }
+
+ private:
+  struct Body {
+    const Obstacles::Piece* piece = nullptr;
+    int index = 0;
+    coal::Transform3s placement;  // Now.
+  };
+  struct Candidates : coal::CollisionCallBackBase {
+    bool collide(coal::CollisionObject* piece, coal::CollisionObject* link) override;
+    std::vector<const Body*> found;
+  };
+
+  void measure(int link, const coal::Transform3s& placement, const Body& body, double horizon, NearObstacles& found);
+
+  std::shared_ptr<const Robot> robot_;
+  Obstacles obstacles_;
+  double t_ = 0.0;
+  std::vector<Body> bodies_;
+  std::vector<std::pair<Body*, coal::CollisionObject*>> moving_;
+  std::vector<coal::CollisionObject> links_;
+  std::vector<coal::CollisionObject> boxed_;
+  std::vector<const Body*> unbounded_;
+  // Not coal's array of nodes, which is never freed.
+  coal::DynamicAABBTreeCollisionManager tree_;
+  Candidates candidates_;
+  std::vector<std::size_t> first_of_;  // For each obstacle, one after where the link at hand has it in the result.
+  DistanceMeter meter_;
+};
+
+// Finds which links are near each other: of all pairs that the robot has to check. Not to be shared between threads.
+class LinkClearances {
+ public:
+  explicit LinkClearances(std::shared_ptr<const Robot> robot);
+
+  // Finds every pair whose distance is not more than the horizon, in the robot's order.
+  void within(double horizon, const Kinematics& kinematics, std::vector<Nearest>& found);
+
+ private:
+  std::shared_ptr<const Robot> robot_;
+  std::vector<coal::Transform3s> placements_;
+  std::vector<Eigen::Vector3d> middles_;
+  DistanceMeter meter_;
+};
+
+}  // namespace humanoid_rail

@@ -1,0 +1,172 @@
+#include "qp.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace humanoid_rail {
+
+namespace {
+
+// A solution has to satisfy its constraints to this, m/s and rad/s.
+constexpr double FEASIBLE = 1e-6;
+// Room is made for this many rows at first.
+constexpr Eigen::Index LIKELY_ROWS = 256;
+
+double part(double side, double share) { return side > 0.0 ? share * side : side; }
+
+}  // namespace
+
+SafeVelocity::SafeVelocity(std::shared_ptr<const Robot> robot, const Obstacles& obstacles)
+    : scene(robot, obstacles), projection(*robot) {
+  const auto n = robot->n();
+  for (Vector* vector : {&lower_, &upper_, &reference_, &velocity_, &linear_, &solution_}) vector->setZero(n);
+  hessian_.resize(n, n);
+  CE_.resize(0, n);
+  G_.resize(n, LIKELY_ROWS);
+  h_.resize(LIKELY_ROWS);
+}
+
+const Vector& SafeVelocity::projection_velocity(const Eigen::Ref<const Vector>& q, double t, const TaskStack& tasks,
+                                                const Gains& gains) {
+  scene.observe(q, t, gains.horizon(), -INFINITE, seen_);
+  return projection.velocity(scene, seen_, tasks, gains);
+}
+
+const Vector& SafeVelocity::velocity(const Eigen::Ref<const Vector>& q, double t, const TaskStack& tasks,
+                                     const Gains& gains, const Safety& safety, double dt) {
+  observe(q, t, gains, safety, seen_);
+  return velocity(seen_, tasks, gains, safety, dt);
+}
+
+void SafeVelocity::observe(const Eigen::Ref<const Vector>& q, double t, const Gains& gains, const Safety& safety,
+                           Observation& seen) {
+  scene.observe(q, t, std::max(gains.horizon(), safety.horizon), safety.horizon, seen);
+}
+
+const Vector& SafeVelocity::velocity(const Observation& at, const TaskStack& tasks, const Gains& gains,
+                                     const Safety& safety, double dt) {
+  reference_ = projection.velocity(scene, at, tasks, gains);
+  bound_joints(at.q, safety, dt);
+  slow_down_reference();
+  set_equalities(at, safety);
+  count_ = 0;
+  for (const Nearest& pair : scene.pieces(at)) {
+    if (pair.distance <= safety.horizon) add_row(pair, safety, dt);
+  }
+  for (const Nearest& pair : at.links) add_row(pair, safety, dt);
+  velocity_ = reference_;
+  if (holds(velocity_, safety.precision)) return velocity_;
+  const Matrix& J = projection.jacobian();
+  const auto can_be_had = [&](double share) { return solve(J, safety, share); };
+  if (!std::any_of(safety.shares.begin(), safety.shares.end(), can_be_had)) velocity_.setZero();
+  return velocity_;
+}
+
+// Velocities within the limits that keep positions within theirs: q_dot <= k (q_max - q), with k not more than 1/dt.
+void SafeVelocity::bound_joints(const Vector& q, const Safety& safety, double dt) {
+  const Limits& limits = scene.robot().limits;
+  const double k = std::min(safety.limit_gain, 1.0 / dt);
+  upper_ = limits.velocity.cwiseMin(safety.fastest).cwiseMin(k * (limits.upper - q)).cwiseMax(0.0);
+  lower_ = (-limits.velocity).cwiseMax(-safety.fastest).cwiseMax(k * (limits.lower - q)).cwiseMin(0.0);
+}
+
+// Slowed down as a whole, eq. 4.9 stays on its path.
+void SafeVelocity::slow_down_reference() {
+  double slowed = 1.0;
+  const Vector& fastest = scene.robot().limits.velocity;
+  for (Eigen::Index i = 0; i < reference_.size(); ++i) {
+    if (std::abs(reference_[i]) > fastest[i]) slowed = std::min(slowed, fastest[i] / std::abs(reference_[i]));
+  }
+  reference_ *= slowed;
+}
+
+void SafeVelocity::set_equalities(const Observation& at, const Safety& safety) {
+  if (!safety.equality) {
+    CE_.resize(0, reference_.size());
+    ce_.resize(0);
+    return;
+  }
+  const auto [A, b] = safety.equality(at.q, at.t);
+  if (A.cols() != reference_.size() || A.rows() != b.size() || !A.allFinite() || !b.allFinite()) {
+    throw std::invalid_argument("equalities need finite A (k, n) and b (k)");
+  }
+  // The solver takes what is small for zero, so rows have length 1.
+  const Vector length = A.rowwise().norm().cwiseMax(std::numeric_limits<double>::min());
+  CE_ = length.cwiseInverse().asDiagonal() * A;
+  ce_ = -length.cwiseInverse().cwiseProduct(b);
+}
+
+// The velocity damper d_dot >= -k (d - d_s), unless no velocity within the joints' bounds can break it. What it asks for
+// away from an obstacle is at most half of what they allow.
+void SafeVelocity::add_row(const Nearest& pair, const Safety& safety, double dt) {
+  const double wanted = -std::min(safety.gain, 1.0 / dt) * (pair.distance - safety.target) - pair.rate;
+  if (count_ == G_.cols()) {
+    G_.conservativeResize(Eigen::NoChange, 2 * count_ + 1);
+    h_.conservativeResize(2 * count_ + 1);
+  }
+  auto row = G_.col(count_);
+  scene.distance_gradient(pair, row);
+  const double slowest = row.cwiseMax(0.0).dot(lower_) + row.cwiseMin(0.0).dot(upper_);
+  const double fastest = row.cwiseMax(0.0).dot(upper_) + row.cwiseMin(0.0).dot(lower_);
+  const double h = std::min(wanted, 0.5 * fastest);
+  if (slowest >= h || fastest - slowest < safety.least_rate) return;
+  h_[count_++] = h;
+}
+
+bool SafeVelocity::holds(const Vector& velocity, double precision) const {
+  for (Eigen::Index i = 0; i < velocity.size(); ++i) {
+    if (velocity[i] > upper_[i] + precision || velocity[i] < lower_[i] - precision) return false;
+  }
+  for (Eigen::Index i = 0; i < count_; ++i) {
+    if (G_.col(i).dot(velocity) < h_[i] - precision) return false;
+  }
+  for (Eigen::Index i = 0; i < ce_.size(); ++i) {
+    if (std::abs(CE_.row(i).dot(velocity) + ce_[i]) > precision) return false;
+  }
+  return true;
+}
+
+// Sets velocity to the closest to the reference: min |x - r|^2 + w |J (x - r)|^2 within the bounds, G x >= h and A x = b,
+// where of h > 0 only a share counts.
+bool SafeVelocity::solve(const Matrix& J, const Safety& safety, double share) {
+  set_program(J, safety.task_weight, share);
+  const auto status = solver_.solve_quadprog(hessian_, linear_, CE_, ce_, CI_, ci_, solution_);
+  if (status != eiquadprog::solvers::EIQUADPROG_FAST_OPTIMAL || !solution_.allFinite()) return false;
+  velocity_ = solution_.cwiseMin(upper_).cwiseMax(lower_);
+  // Rounding may mislead the solver where constraints all but contradict each other.
+  for (Eigen::Index i = 0; i < count_; ++i) {
+    if (G_.col(i).dot(velocity_) < part(h_[i], share) - FEASIBLE) return false;
+  }
+  for (Eigen::Index i = 0; i < ce_.size(); ++i) {
+    if (std::abs(CE_.row(i).dot(velocity_) + ce_[i]) > FEASIBLE) return false;
+  }
+  return true;
+}
+
+void SafeVelocity::set_program(const Matrix& J, double task_weight, double share) {
+  const Eigen::Index n = J.cols(), rows = count_ + 2 * n;
+  if (rows != program_rows_ || ce_.size() != program_equalities_) {
+    program_rows_ = rows;
+    program_equalities_ = ce_.size();
+    solver_.reset(static_cast<std::size_t>(n), static_cast<std::size_t>(ce_.size()), static_cast<std::size_t>(rows));
+    CI_.resize(rows, n);
+    ci_.resize(rows);
+  }
+  hessian_.noalias() = task_weight * J.transpose().lazyProduct(J);
+  hessian_.diagonal().array() += 1.0;
+  linear_.noalias() = -hessian_.lazyProduct(reference_);
+  CI_.topRows(2 * n).setZero();
+  CI_.topRows(n).diagonal().setOnes();
+  CI_.middleRows(n, n).diagonal().setConstant(-1.0);
+  ci_.head(n) = -lower_;
+  ci_.segment(n, n) = upper_;
+  for (Eigen::Index i = 0; i < count_; ++i) {
+    // The solver takes what is small for zero, so rows have length 1.
+    const double scale = 1.0 / G_.col(i).norm();
+    CI_.row(2 * n + i) = scale * G_.col(i);
+    ci_[2 * n + i] = -scale * part(h_[i], share);
+  }
+}
+
+}  // namespace humanoid_rail

@@ -1,0 +1,48 @@
+// Whether a step of a rollout is free of contact and keeps the safety distance.
+#pragma once
+
+#include "../collision/swept_distance.hpp"
+#include "qp.hpp"
+
+namespace humanoid_rail {
+
+// A robot among obstacles at the end of a step.
+struct Place {
+  Observation seen;
+  Snapshot snapshot;
+};
+
+enum class Step {
+  safe,
+  free,  // Free of contact, but a pair has come nearer than the safety distance.
+  blocked
+};
+
+class StepJudge {
+ public:
+  StepJudge(std::shared_ptr<const Robot> robot, const Obstacles& obstacles, double safety_distance);
+
+  // Whether the edge from a to b is free of contact, and at its end no pair is below the safety distance or, where it was
+  // below already, nearer.
+  [[nodiscard]] Step judge(const Place& a, const Place& b);
+
+ private:
+  // What is compared: pairs within a horizon, in the order of their numbers, and how far their bodies get.
+  struct Kind {
+    const std::vector<Nearest>& before;
+    const std::vector<Nearest>& after;
+    double horizon;
+    const std::vector<Displacement>& moved;
+    double drift;  // How far obstacles get meanwhile, m.
+  };
+
+  // Returns whether nothing touches; sets whether the safety distance is kept.
+  [[nodiscard]] bool keeps_apart(const Kind& kind, const Place& a, const Place& b, bool& is_safe) const;
+
+  SweptDistance swept_;
+  double safety_distance_;
+  double fastest_ = 0.0;  // Of the obstacles, m/s.
+  EdgeBounds bounds_;
+};
+
+}  // namespace humanoid_rail

@@ -1,0 +1,31 @@
+#include "obstacles.hpp"
+
+#include <algorithm>
+
+#include <coal/shape/convex.h>
+#include <coal/shape/geometric_shapes.h>
+
+namespace humanoid_rail {
+
+void Obstacles::add(std::shared_ptr<coal::CollisionGeometry> shape, const coal::Transform3s& placement,
+                    const Eigen::Vector3d& velocity) {
+  pieces_.push_back({std::move(shape), placement, velocity, size_++});
+}
+
+void Obstacles::add_convex(const std::vector<Matrix>& pieces, const coal::Transform3s& placement,
+                           const Eigen::Vector3d& velocity) {
+  for (const Matrix& vertices : pieces) {
+    auto points = std::make_shared<std::vector<coal::Vec3s>>();
+    for (Eigen::Index i = 0; i < vertices.rows(); ++i) points->emplace_back(vertices.row(i));
+    const auto count = static_cast<unsigned int>(points->size());
+    std::shared_ptr<coal::CollisionGeometry> hull(coal::ConvexBase::convexHull(points, count, true, "Qt"));
+    pieces_.push_back({std::move(hull), placement, velocity, size_});
+  }
+  ++size_;
+}
+
+bool Obstacles::move() const {
+  return std::any_of(pieces_.begin(), pieces_.end(), [](const Piece& piece) { return piece.moves(); });
+}
+
+}  // namespace humanoid_rail

@@ -1,0 +1,46 @@
+// The obstacles of a scene, each made of one convex piece or more, at rest or moving at a constant velocity.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include <coal/collision_object.h>
+
+#include "../types.hpp"
+
+namespace humanoid_rail {
+
+class Obstacles {
+ public:
+  struct Piece {
+    std::shared_ptr<coal::CollisionGeometry> shape;
+    coal::Transform3s placement;                          // At t = 0.
+    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();   // m/s
+    int obstacle = 0;
+
+    [[nodiscard]] coal::Transform3s at(double t) const {
+      return {placement.getRotation(), placement.getTranslation() + t * velocity};
+    }
+    [[nodiscard]] bool moves() const { return !velocity.isZero(0.0); }
+  };
+
+  // Adds an obstacle of one piece.
+  void add(std::shared_ptr<coal::CollisionGeometry> shape, const coal::Transform3s& placement,
+           const Eigen::Vector3d& velocity);
+  // Adds an obstacle of convex pieces, each the hull of points (k, 3).
+  void add_convex(const std::vector<Matrix>& pieces, const coal::Transform3s& placement,
+                  const Eigen::Vector3d& velocity);
+
+  [[nodiscard]] const std::vector<Piece>& pieces() const { return pieces_; }
+  [[nodiscard]] int size() const { return size_; }
+  // Whether an obstacle has more than one piece.
+  [[nodiscard]] bool is_compound() const { return pieces_.size() != static_cast<std::size_t>(size_); }
+  // Whether any of them moves.
+  [[nodiscard]] bool move() const;
+
+ private:
+  std::vector<Piece> pieces_;
+  int size_ = 0;
+};
+
+}  // namespace humanoid_rail

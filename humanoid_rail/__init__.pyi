@@ -1,0 +1,82 @@
+# The public names, imported by `__init__.py` when they are first used.
+from .collision.certificate import Certificate, Contact
+from .errors import EngineMissing, HumanoidRailError, InvalidInput
+from .io.export import export
+from .io.trajectory_files import read_trajectory, write_trajectory
+from .kinematics.joint_limits import Violation
+from .kinematics.kinematics import Kinematics
+from .kinematics.native_kinematics import NativeKinematics
+from .kinematics.state import State
+from .kinematics.task import ConfigurationTask, DirectionTask, PointTask, RelativeTask, Task
+from .model.library import build_urdf, load_robot
+from .model.robot import Hand, Robot, robot_from_urdf
+from .paper.cases import paper_scene, plan_case
+from .planning.batch import WorkerDied, plan_many
+from .planning.methods import Auto, GradientProjection, SafeVelocity
+from .planning.planner import plan, solve
+from .planning.verification import verify
+from .problem import Problem
+from .resolution.qp import Safety
+from .resolution.velocity import Gains
+from .retiming.retiming import retime
+from .scene.obstacles import Box, Capsule, HalfSpace, Mesh, Sphere
+from .scene.scene import Scene, load_scene, make_scene
+from .scene.targets import Pose
+from .trajectory import Motion, Peak, Provenance, Samples, Status, Timing, Trajectory, Verdict
+
+__version__: str
+__all__ = [
+    "Auto",
+    "Box",
+    "Capsule",
+    "Certificate",
+    "ConfigurationTask",
+    "Contact",
+    "DirectionTask",
+    "EngineMissing",
+    "Gains",
+    "GradientProjection",
+    "HalfSpace",
+    "Hand",
+    "HumanoidRailError",
+    "InvalidInput",
+    "Kinematics",
+    "Mesh",
+    "Motion",
+    "NativeKinematics",
+    "Peak",
+    "PointTask",
+    "Pose",
+    "Problem",
+    "Provenance",
+    "RelativeTask",
+    "Robot",
+    "SafeVelocity",
+    "Safety",
+    "Samples",
+    "Scene",
+    "Sphere",
+    "State",
+    "Status",
+    "Task",
+    "Timing",
+    "Trajectory",
+    "Verdict",
+    "Violation",
+    "WorkerDied",
+    "build_urdf",
+    "export",
+    "load_robot",
+    "load_scene",
+    "make_scene",
+    "paper_scene",
+    "plan",
+    "plan_case",
+    "plan_many",
+    "read_trajectory",
+    "retime",
+    "robot_from_urdf",
+    "solve",
+    "verify",
+    "write_trajectory",
+]

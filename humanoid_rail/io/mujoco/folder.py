@@ -1,0 +1,57 @@
+"""The folder of an export to MuJoCo: a model of robot and scene, the motion, and a program that plays it."""
+
+from __future__ import annotations
+
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+
+from humanoid_rail.errors import InvalidInput
+from humanoid_rail.io.mujoco.actuators import gravity_load, position_actuators
+from humanoid_rail.io.mujoco.mjcf import mjcf
+from humanoid_rail.io.robot_motion import all_joints
+from humanoid_rail.model.robot import Robot
+from humanoid_rail.scene.obstacles import is_moving
+from humanoid_rail.scene.scene import Scene
+from humanoid_rail.trajectory import Trajectory
+
+
+def mujoco_files(trajectory: Trajectory, robot: Robot, scene: Scene) -> dict[str, bytes]:
+    """Return the files of an export: their contents by name.
+
+    Args:
+        trajectory: The motion.
+        robot: The robot that it was planned for.
+        scene: The scene that it was planned in.
+
+    Raises:
+        InvalidInput: If the motion was not retimed or has fewer than two samples, or MuJoCo cannot have the robot.
+    """
+    if trajectory.timing is None:
+        valid = (
+            "a retimed motion, by retime() or humanoid-rail plan --retime: actuators cannot follow one that starts at "
+            "full speed"
+        )
+        raise InvalidInput("trajectory.timing", None, valid)
+    if len(trajectory.t) < 2:
+        raise InvalidInput("trajectory.t", trajectory.t, "a motion of two samples or more")
+    actuators, load = position_actuators(robot, trajectory.q), gravity_load(robot, trajectory.q)
+    kp, kv = (np.array([getattr(actuator, gain) for actuator in actuators]) for gain in ("kp", "kv"))
+    ctrl = trajectory.q + (kv * trajectory.timing.velocity + load) / kp
+    qpos, qvel = all_joints(robot, [trajectory.q, trajectory.timing.velocity])
+    velocities = np.array([obstacle.velocity for obstacle in scene.obstacles if is_moving(obstacle)]).reshape(-1, 3)
+    arrays = {
+        "time": trajectory.t,
+        "qpos": qpos,
+        "qvel": qvel,
+        "load": load,
+        "ctrl": ctrl,
+        "hands": trajectory.hands,
+        "mocap": trajectory.t[:, None, None] * velocities,
+    }
+    buffer = BytesIO()
+    np.savez_compressed(buffer, **arrays)
+    player = Path(__file__).with_name("player.py").read_bytes()
+    model = mjcf(robot, scene, trajectory, actuators, ctrl[0])
+    return {"scene.xml": model.encode(), "motion.npz": buffer.getvalue(), "play.py": player}

@@ -1,0 +1,72 @@
+"""Tasks as the native engine has them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from humanoid_rail._arrays import Array
+from humanoid_rail._native import engine
+from humanoid_rail.errors import InvalidInput
+from humanoid_rail.kinematics.state import State
+from humanoid_rail.kinematics.task import ConfigurationTask, DirectionTask, PointTask, RelativeTask, Task
+from humanoid_rail.model.robot import Robot
+
+if TYPE_CHECKING:
+    from humanoid_rail import _engine
+
+StateAt = Callable[[Array, float], State]
+"""Returns the state at a configuration (n,) and a time in s, for tasks and objectives that are written in Python."""
+
+
+def native_tasks(robot: Robot, tasks: Sequence[Task], state_at: StateAt) -> _engine.TaskStack:
+    """Return tasks as the native engine has them; those it does not know are called back.
+
+    Args:
+        robot: The robot whose hands the tasks name.
+        tasks: The tasks, one or more.
+        state_at: What a task that is called back is given.
+
+    Raises:
+        InvalidInput: If there is no task, or one names a hand or joint that the robot does not have.
+    """
+    check_tasks(tasks)
+    stack: _engine.TaskStack = engine().TaskStack([_native(robot, task, state_at) for task in tasks])
+    return stack
+
+
+def check_tasks(tasks: Sequence[Task]) -> None:
+    """Check that there are tasks.
+
+    Raises:
+        InvalidInput: If there is none, or one of them is no task.
+    """
+    if not isinstance(tasks, Sequence) or not tasks:
+        raise InvalidInput("tasks", tasks, "a sequence of one task or more")
+    for i, task in enumerate(tasks):
+        if not isinstance(task, Task):
+            raise InvalidInput(f"tasks[{i}]", task, "a task, with rows, error, jacobian and drift")
+
+
+def _native(robot: Robot, task: Task, state_at: StateAt) -> _engine.Task:
+    native = engine()
+    match task:
+        case PointTask():
+            return native.PointTask(robot.hand(task.hand), np.array(task.offset, float), np.array(task.target, float))
+        case DirectionTask():
+            unit = np.array(task.direction, float) / np.linalg.norm(task.direction)
+            return native.DirectionTask(robot.hand(task.hand), task.axis(robot), unit, task.lever)
+        case RelativeTask():
+            first, second = robot.hand(task.first), robot.hand(task.second)
+            return native.RelativeTask(first, second, np.array(task.difference, float))
+        case ConfigurationTask():
+            return native.ConfigurationTask(task.columns(robot), np.array(task.target, float))
+        case _:  # one of the user's own
+
+            def called_back(q: Array, t: float) -> tuple[Array, Array]:
+                state = state_at(q, t)
+                return np.asarray(task.error(state), float), np.asarray(task.jacobian(state), float)
+
+            return native.FunctionTask(task.rows, called_back)

@@ -1,0 +1,49 @@
+"""Obstacles as the native engine has them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, assert_never
+
+import numpy as np
+import pinocchio as pin
+
+from humanoid_rail._arrays import Array
+from humanoid_rail._native import engine
+from humanoid_rail.errors import InvalidInput
+from humanoid_rail.scene.obstacles import Box, Capsule, HalfSpace, Mesh, Obstacle, Sphere
+
+if TYPE_CHECKING:
+    from humanoid_rail import _engine
+
+
+def native_obstacles(obstacles: tuple[Obstacle, ...]) -> _engine.Obstacles:
+    """Return obstacles as the native engine has them.
+
+    Raises:
+        InvalidInput: If one of them is no obstacle.
+        EngineMissing: If there is no native engine.
+    """
+    result: _engine.Obstacles = engine().Obstacles()
+    for obstacle in obstacles:
+        if not isinstance(obstacle, Sphere | Box | Capsule | HalfSpace | Mesh):
+            raise InvalidInput("obstacles", obstacle, "a Sphere, Box, Capsule, HalfSpace or Mesh")
+        velocity = np.array(obstacle.velocity)
+        match obstacle:
+            case Sphere():
+                result.sphere(np.array(obstacle.center), obstacle.radius, velocity)
+            case Box():
+                result.box(*_placement(obstacle), np.array(obstacle.size), velocity)
+            case Capsule():
+                result.capsule(*_placement(obstacle), obstacle.radius, obstacle.length, velocity)
+            case HalfSpace():
+                length = float(np.linalg.norm(obstacle.normal))
+                result.halfspace(np.array(obstacle.normal) / length, obstacle.offset / length, velocity)
+            case Mesh():
+                result.convex(*_placement(obstacle), list(obstacle.pieces), velocity)
+            case _:
+                assert_never(obstacle)
+    return result
+
+
+def _placement(obstacle: Box | Capsule | Mesh) -> tuple[Array, Array]:
+    return np.array(obstacle.center), pin.rpy.rpyToMatrix(*obstacle.rpy)

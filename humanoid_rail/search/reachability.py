@@ -1,0 +1,238 @@
+"""Why there may be no goal configuration at all.
+
+A hand at its target may touch something whatever the configuration is, and its target may be farther away than any
+configuration reaches. Both are told apart before a path is looked for.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Sequence
+from itertools import combinations, islice
+from typing import TypeGuard
+
+import coal
+import numpy as np
+
+from humanoid_rail._arrays import Array
+from humanoid_rail.kinematics.inverse_kinematics import InverseKinematics
+from humanoid_rail.kinematics.native_kinematics import NativeKinematics
+from humanoid_rail.kinematics.state import State
+from humanoid_rail.kinematics.task import LEVER, DirectionTask, PointTask, Task, stack_error, stack_jacobian
+from humanoid_rail.model.robot import Hand, Robot
+from humanoid_rail.scene.obstacles import Obstacle, name_of
+from humanoid_rail.scene.shapes import placed_shapes
+from humanoid_rail.search.goal_sampler import seeds
+
+REACH_SEEDS = 48
+"""The reach of the hands is judged by inverse kinematics from this many starts."""
+TURN_SEEDS = 1000
+"""How hands can be turned is judged from this many starts, because few of them lead there."""
+MAX_STEPS = 100
+"""The search for the smallest error takes at most this many steps."""
+TURNED = 1e-5
+"""A hand is turned as it has to be where its points are no farther than this from their places, m."""
+POINT = 1e-9
+"""A point is a ball of this radius, m."""
+
+
+class TimedOut(Exception):
+    """The time for planning was over before the reach was known."""
+
+
+def blocked_target(
+    robot: Robot, tasks: Sequence[Task], obstacles: tuple[Obstacle, ...], distance: float, tolerance: float
+) -> str | None:
+    """Return why a hand cannot be at its target, whatever the configuration; None if it may be.
+
+    The body of a hand holds a ball around the hand's point. Where the ball touches something, so does the body.
+
+    Args:
+        robot: The robot.
+        tasks: What is to be reached; those that put a hand's own point somewhere are looked at.
+        obstacles: At rest.
+        distance: What links keep from obstacles and from each other, m.
+        tolerance: How far a hand may stay from its target, m.
+    """
+    targets = {task.hand: np.array(task.target, float) for task in tasks if _is_hand_at_point(task)}
+    balls = {hand.name: _ball(robot, hand) for hand in robot.hands if hand.name in targets}
+    request = coal.DistanceRequest()
+    for name, radius in balls.items():
+        ball, center = coal.Sphere(max(radius, POINT)), coal.Transform3s(np.eye(3), targets[name])
+        for i, obstacle in enumerate(obstacles):
+            for shape, placement in placed_shapes(obstacle):
+                clearance = coal.distance(ball, center, shape, placement, request, coal.DistanceResult())
+                if clearance < distance - tolerance:
+                    return f"the {name} hand at its target would {_near(clearance, name_of(obstacles, i))}"
+    for one, other in combinations(balls, 2):
+        gap = float(np.linalg.norm(targets[one] - targets[other]))
+        clearance = gap - balls[one] - balls[other]
+        if clearance < distance - 2 * tolerance and _are_checked(robot, one, other):
+            return f"with both at their targets, the {one} hand would {_near(clearance, f'the {other} hand')}"
+    return None
+
+
+def out_of_reach(
+    robot: Robot,
+    tasks: Sequence[Task],
+    start: Array,
+    random: np.random.Generator,
+    tolerance: float,
+    deadline: float = np.inf,
+) -> str | None:
+    """Return by how much targets are out of reach, and for which hand; None if they are not.
+
+    Args:
+        robot: The robot, whose joint limits count; obstacles and other links do not.
+        tasks: What is to be reached.
+        start: Where to look first (n,).
+        random: For where else to look.
+        tolerance: How far |e| may stay from 0, m.
+        deadline: When to stop looking, on the clock of `time.perf_counter`, s.
+
+    Raises:
+        TimedOut: If the deadline comes first.
+    """
+    judge = _Reach(robot, start, random, deadline)
+    reached, turned = followed(tasks), turning(tasks)
+    together = judge.excess(reached, tolerance, REACH_SEEDS)
+    if together is not None:
+        return _too_far(judge, reached, together, tolerance)
+    # No tolerance is about how hands are turned.
+    together = judge.excess(tasks, TURNED, TURN_SEEDS) if turned else None
+    return None if together is None else _not_turned(judge, tasks, together)
+
+
+def followed(tasks: Sequence[Task]) -> tuple[Task, ...]:
+    """Return the tasks that a velocity is to follow: all but those that turn hands, whose rows are dependent."""
+    return tuple(task for task in tasks if not _turns(task)) or tuple(tasks)
+
+
+def turning(tasks: Sequence[Task]) -> tuple[Task, ...]:
+    """Return the tasks that are left to inverse kinematics because they turn hands."""
+    kept = followed(tasks)
+    return tuple(task for task in tasks if task not in kept)
+
+
+def _turns(task: Task) -> bool:
+    return isinstance(task, DirectionTask) or (isinstance(task, PointTask) and any(task.offset))
+
+
+def _is_hand_at_point(task: Task) -> TypeGuard[PointTask]:
+    return isinstance(task, PointTask) and not any(task.offset)
+
+
+class _Reach:
+    """Judges how near a robot can come to doing tasks, obstacles and other links left alone."""
+
+    def __init__(self, robot: Robot, start: Array, random: np.random.Generator, deadline: float) -> None:
+        self.robot, self._start, self._random, self._deadline = robot, start, random, deadline
+        self._solver, self._kinematics = InverseKinematics(robot, ()), NativeKinematics(robot)
+
+    def excess(self, tasks: Sequence[Task], tolerance: float, attempts: int) -> float | None:
+        """Return the least error of some tasks in m if it is more than a tolerance, else None."""
+        error = self._least_error(tasks, islice(seeds(self.robot, self._start, self._random), attempts), tolerance)
+        return error if error > tolerance else None
+
+    def _least_error(self, tasks: Sequence[Task], places: Iterable[Array], tolerance: float) -> float:
+        """Return the least error in m that is found from some places (n,)."""
+        best, least = self._start, np.inf
+        for place in places:
+            found = self._solver.solve(place, tasks, -np.inf)
+            if found.error < least:
+                best, least = found.q, found.error
+            if least <= tolerance:
+                return float(least)
+            if time.perf_counter() > self._deadline:
+                raise TimedOut
+        return min(float(least), self._descend(tasks, best))
+
+    def _descend(self, tasks: Sequence[Task], q: Array) -> float:
+        """Return the smallest error in m near a configuration: inverse kinematics is made for errors that vanish."""
+        # Imported here: it is needed only where targets are out of reach.
+        from scipy.optimize import least_squares
+
+        robot = self.robot
+        free = np.flatnonzero((robot.velocity_limit > 0) & (robot.lower < robot.upper))
+
+        def state(x: Array) -> State:
+            there = q.copy()
+            there[free] = x
+            return self._kinematics.state(there)
+
+        closest = least_squares(
+            lambda x: stack_error(state(x), tasks),
+            q[free],
+            lambda x: stack_jacobian(state(x), tasks)[:, free],
+            bounds=(robot.lower[free], robot.upper[free]),
+            max_nfev=MAX_STEPS,
+        )
+        return float(np.sqrt(2.0 * closest.cost))
+
+
+def _too_far(judge: _Reach, tasks: Sequence[Task], together: float, tolerance: float) -> str:
+    """Say which targets are out of reach, or that they are not in reach at once."""
+    errors = [(_named(task), judge.excess([task], tolerance, REACH_SEEDS)) for task in tasks]
+    far = [f"{what} is {error:.3g} m out of reach" for what, error in errors if error]
+    if far:
+        return ", and ".join(far)
+    if not all(isinstance(task, PointTask) for task in tasks):
+        return f"each task can be done, but not all at once: |e| stays {together:.3g} m"
+    names = " and the ".join(judge.robot.hand_names)
+    return f"each target is in reach of its hand, but not both at once: the {names} hands stay {together:.3g} m away"
+
+
+def _named(task: Task) -> str:
+    return f"the target of the {task.hand} hand" if isinstance(task, PointTask) else f"what {task!r} asks for"
+
+
+def _not_turned(judge: _Reach, tasks: Sequence[Task], together: float) -> str:
+    """Say which hands cannot be turned as they have to be, or that they cannot be at once."""
+    on = {hand: [t for t in tasks if isinstance(t, PointTask) and t.hand == hand] for hand in judge.robot.hand_names}
+    alone = {hand: judge.excess(some, TURNED, TURN_SEEDS) for hand, some in on.items()}
+    far = [
+        f"the {name} hand is {_degrees(error, len(turning(on[name])))} deg from how it has to be turned"
+        for name, error in alone.items()
+        if error
+    ]
+    if far:
+        return f"the targets are in reach, but there {', and '.join(far)}, or more"
+    left = _degrees(together, len(turning(tasks)))
+    return f"each hand can be turned as it has to be, but not both at once: {left} deg are left, or more"
+
+
+def _degrees(error: float, levers: int) -> str:
+    """Return by how much a hand is turned wrongly, or more, if that is the error of its points in m.
+
+    Turned by an angle, a hand at its target has each of its further points off by 2 LEVER sin(angle / 2), or less.
+    """
+    return f"{np.rad2deg(2.0 * np.arcsin(min(1.0, error / (2.0 * LEVER * np.sqrt(max(1, levers)))))):.2g}"
+
+
+def _ball(robot: Robot, hand: Hand) -> float:
+    """Return the radius of the largest ball around a hand's point that its body holds, m."""
+    frame = robot.model.frames[robot.model.getFrameId(hand.frame)]
+    point = coal.Sphere(POINT)
+    center = coal.Transform3s(np.eye(3), frame.placement.translation)
+    radius = 0.0
+    for body in robot.collision_model.geometryObjects:
+        if body.parentJoint == frame.parentJoint:
+            placement = coal.Transform3s(body.placement.rotation, body.placement.translation)
+            result = coal.DistanceResult()
+            distance = coal.distance(point, center, body.geometry, placement, coal.DistanceRequest(), result)
+            radius = max(radius, -float(distance))
+    return radius
+
+
+def _are_checked(robot: Robot, one: str, other: str) -> bool:
+    """Return whether two hands' bodies must not touch."""
+    joints = {hand.name: robot.model.frames[robot.model.getFrameId(hand.frame)].parentJoint for hand in robot.hands}
+    bodies = robot.collision_model.geometryObjects
+    checked = {frozenset((bodies[a].parentJoint, bodies[b].parentJoint)) for a, b in robot.self_collision_pairs}
+    return frozenset((joints[one], joints[other])) in checked
+
+
+def _near(clearance: float, what: str) -> str:
+    if clearance < 0:
+        return f"be {-clearance:.3g} m inside {what}"
+    return f"be {clearance:.3g} m from {what}, nearer than the safety distance"

@@ -1,0 +1,56 @@
+"""The line between the nearest points of the closest bodies, which follows them in the animation."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import meshcat
+import meshcat.geometry as mg
+import numpy as np
+import pinocchio as pin
+from meshcat.animation import AnimationFrameVisualizer
+
+from humanoid_rail._arrays import Array
+from humanoid_rail.viewer.colours import CLOSEST_COLOUR
+
+_ENDS = ("one", "two")
+"""Nodes of the spheres at the nearest points."""
+
+
+class _OnTop(mg.Mesh):  # type: ignore[misc]  # meshcat has no types
+    """A mesh of one colour that is seen through everything else."""
+
+    def __init__(self, geometry: mg.Geometry, colour: int, order: int) -> None:
+        super().__init__(geometry, mg.MeshBasicMaterial(color=colour, transparent=True, depthTest=False))
+        self._order = order
+
+    def lower(self) -> dict[str, Any]:
+        data: dict[str, Any] = super().lower()
+        data["object"]["renderOrder"] = self._order
+        return data
+
+
+def draw_connection(view: meshcat.Visualizer, emphasised: bool) -> None:
+    """Draw a line of length 1 and two spheres at its ends, which :func:`move_connection` puts in place.
+
+    They are seen through bodies, or else they would be hidden where it matters: where two touch. An emphasised one is
+    thicker and outlined in white, so that it is seen in front of what is dark.
+    """
+    line, sphere = (0.008, 0.025) if emphasised else (0.005, 0.016)
+    layers = [(0.008, 0xFFFFFF)] if emphasised else []
+    for order, (outline, colour) in enumerate([*layers, (0.0, CLOSEST_COLOUR)], start=1):
+        view[f"line/{order}"].set_object(_OnTop(mg.Cylinder(1.0, line + outline), colour, order))
+        for end in _ENDS:
+            view[f"{end}/{order}"].set_object(_OnTop(mg.Sphere(sphere + outline), colour, order))
+
+
+def move_connection(at: AnimationFrameVisualizer, points: Array) -> None:
+    """Put a connection between two points (2, 3), m, in a frame of the animation."""
+    for end, point in zip(_ENDS, points, strict=True):
+        at[end].set_property("position", "vector3", point.tolist())
+    difference = points[1] - points[0]
+    turn = pin.Quaternion.FromTwoVectors(np.array([0.0, 1.0, 0.0]), difference)
+    at["line"].set_property("position", "vector3", points.mean(axis=0).tolist())
+    at["line"].set_property("quaternion", "quaternion", turn.coeffs().tolist())
+    # The browser cannot invert the transform of something without length.
+    at["line"].set_property("scale", "vector3", [1.0, max(float(np.linalg.norm(difference)), 1e-4), 1.0])
