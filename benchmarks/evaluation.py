@@ -16,7 +16,7 @@ from humanoid_rail.errors import MISSING, InvalidInput
 from humanoid_rail.search.smoothing import path_quality
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.scene import Scene, check_scene, is_of_a_scene, load_scene
-from humanoid_rail.trajectory import Status
+from humanoid_rail.result import Status
 
 SUFFIXES = (".json", ".yaml", ".yml")
 """Of scene files."""

@@ -26,7 +26,7 @@ from humanoid_rail.resolution.rollout import PROGRESS
 from humanoid_rail.resolution.qp import PRECISION
 from humanoid_rail.scene.scene import Scene, target_points
 from humanoid_rail.scene.shapes import placed_shapes
-from humanoid_rail.trajectory import Status
+from humanoid_rail.result import Status
 
 SOLVER = "daqp"
 """The fastest of the QP solvers that Pink takes, on problems of this size."""

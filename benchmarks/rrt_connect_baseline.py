@@ -19,7 +19,7 @@ from humanoid_rail.search.smoothing import path_quality, speed_units, time_path
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.scene import Scene, target_points
 from humanoid_rail.search.effort import PathQuality
-from humanoid_rail.trajectory import Status
+from humanoid_rail.result import Status
 
 GOALS = 10
 """How many goals are tried."""

@@ -3,8 +3,8 @@
 >>> from humanoid_rail import load_robot, load_scene, plan
 >>> trajectory = plan(load_robot(), load_scene("scenes/picks.yaml"))
 
-The public names are those of `__init__.pyi`. They are imported when they are first used, so that `import humanoid_rail` is
-quick.
+The public names are those of `__init__.pyi`. They are imported when they are first used, so that `import humanoid_rail`
+is quick.
 """
 
 import lazy_loader

@@ -22,7 +22,8 @@ from .retiming.retiming import retime
 from .scene.obstacles import Box, Capsule, HalfSpace, Mesh, Sphere
 from .scene.scene import Scene, load_scene, make_scene
 from .scene.targets import Pose
-from .trajectory import Motion, Peak, Provenance, Samples, Status, Timing, Trajectory, Verdict
+from .result import Motion, Peak, Provenance, Samples, Status, Timing, Verdict
+from .trajectory import Trajectory
 
 __version__: str
 __all__ = [

@@ -51,8 +51,8 @@ def why_no_engine() -> str | None:
         return f"it cannot be loaded ({error}); install humanoid_rail again: {_install_command()}"
     if (pin.__version__, coal.__version__) != (_engine.PINOCCHIO_VERSION, _engine.COAL_VERSION):
         return (
-            f"it was built for Pinocchio and coal {_engine.PINOCCHIO_VERSION} and {_engine.COAL_VERSION}, and these are "
-            f"{pin.__version__} and {coal.__version__}; install humanoid_rail again: {_install_command()}"
+            f"it was built for Pinocchio and coal {_engine.PINOCCHIO_VERSION} and {_engine.COAL_VERSION}, and these "
+            f"are {pin.__version__} and {coal.__version__}; install humanoid_rail again: {_install_command()}"
         )
     return None
 

@@ -32,8 +32,7 @@ double library_call_seconds(const Robot& robot, const Obstacles& obstacles, cons
   pinocchio::Data data(robot.model);
   pinocchio::GeometryData bodies(robot.bodies);
   const coal::DistanceRequest request;
-  const Matrix full =
-      (robot.coupling * configurations.transpose()).colwise() + robot.offset;
+  const Matrix full = (robot.coupling * configurations.transpose()).colwise() + robot.offset;
   return seconds(configurations, repeats, [&](Eigen::Index i) {
     pinocchio::computeJointJacobians(robot.model, data, full.col(i));
     double checksum = data.J(0, 0);
@@ -63,9 +62,8 @@ double velocity_seconds(SafeVelocity& method, const Matrix& configurations, cons
 double safe_velocity_seconds(SafeVelocity& method, const Matrix& configurations, const TaskStack& tasks,
                              const Gains& gains, const Safety& safety, double dt, int repeats) {
   const Matrix columns = configurations.transpose();
-  return seconds(configurations, repeats, [&](Eigen::Index i) {
-    return method.velocity(columns.col(i), 0.0, tasks, gains, safety, dt)[0];
-  });
+  return seconds(configurations, repeats,
+                 [&](Eigen::Index i) { return method.velocity(columns.col(i), 0.0, tasks, gains, safety, dt)[0]; });
 }
 
 }  // namespace humanoid_rail

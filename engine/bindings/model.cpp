@@ -14,8 +14,8 @@ void bind_model(nb::module_& module) {
              const Vector& velocity_limit) {
             std::vector<Hand> converted;
             for (const auto& [frame, arm] : hands) converted.push_back({frame, arm});
-            new (self) Robot(model, bodies, coupling, offset, converted, self_collision_pairs,
-                             {lower, upper, velocity_limit});
+            new (self)
+                Robot(model, bodies, coupling, offset, converted, self_collision_pairs, {lower, upper, velocity_limit});
           },
           "model"_a, "bodies"_a, "coupling"_a, "offset"_a, "hands"_a, "self_collision_pairs"_a, "lower"_a, "upper"_a,
           "velocity_limit"_a);

@@ -29,8 +29,8 @@ void bind_safety(nb::module_& module) {
              double task_weight, double least_rate, double fastest, double precision, std::vector<double> shares,
              std::optional<nb::callable> equality) {
             if (!(distance >= 0.0) || !(gain > 0.0)) throw std::invalid_argument("a distance and a gain are positive");
-            new (self) Safety{distance,   gain,    horizon,   target,            limit_gain, task_weight,
-                              least_rate, fastest, precision, std::move(shares), {}};
+            new (self) Safety{distance, gain,      horizon,           target, limit_gain, task_weight, least_rate,
+                              fastest,  precision, std::move(shares), {}};
             if (!equality) return;
             self->equality = [callback = Callback(std::move(*equality))](const Vector& q, double t) {
               return callback.call<std::pair<Matrix, Vector>>(q, t);
@@ -49,8 +49,8 @@ void bind_settings(nb::module_& module) {
             for (double number : {tolerance, dt, max_time, rtol, atol}) {
               if (!(number > 0.0)) throw std::invalid_argument("settings need numbers greater than 0");
             }
-            new (self) Settings{tolerance, dt,       max_time, rtol,         atol, max_evaluations,
-                                patience,  progress, planning_time};
+            new (self)
+                Settings{tolerance, dt, max_time, rtol, atol, max_evaluations, patience, progress, planning_time};
           },
           nb::kw_only(), "tolerance"_a, "dt"_a, "max_time"_a, "rtol"_a, "atol"_a, "max_evaluations"_a, "patience"_a,
           "progress"_a, "planning_time"_a);

@@ -115,8 +115,8 @@ void bind_followers(nb::class_<Guard>& kinematics) {
              const Settings& settings) {
             check_configuration("start", start, joints(self));
             check_gains(gains, tasks);
-            RolloutResult result = self.with(
-                [&](SafeVelocity& with) { return rollout(with, start, tasks, gains, safety, settings); });
+            RolloutResult result =
+                self.with([&](SafeVelocity& with) { return rollout(with, start, tasks, gains, safety, settings); });
             return std::make_pair(std::move(result.motion), std::move(result.overrun));
           },
           "start"_a, "tasks"_a, "gains"_a, "safety"_a, "settings"_a);
@@ -126,7 +126,8 @@ void bind_followers(nb::class_<Guard>& kinematics) {
 
 void bind_resolution(nb::module_& module) {
   bind_motions(module);
-  nb::class_<Guard> kinematics(module, "SafeVelocity", "A robot among obstacles: what is true of it, and how it moves.");
+  nb::class_<Guard> kinematics(module, "SafeVelocity",
+                               "A robot among obstacles: what is true of it, and how it moves.");
   kinematics.def(nb::init<std::shared_ptr<const Robot>, const Obstacles&>(), "robot"_a, "obstacles"_a);
   bind_evaluations(kinematics);
   bind_velocities(kinematics);

@@ -88,7 +88,8 @@ class Certifier::Search {
   }
 
   // Bounds a pair on the edge between two moments at which it was measured.
-  void step(const Nearest& here, const Snapshot& a, const Nearest& there, const Snapshot& b, const Displacement& moved) {
+  void step(const Nearest& here, const Snapshot& a, const Nearest& there, const Snapshot& b,
+            const Displacement& moved) {
     const double least = here.is_with_obstacle() ? result_.min_obstacles : result_.min_links;
     const double bound = self_.swept_.lower_bound(here, a, there, b, moved, wanted(least, a.t, true));
     if (bound >= wanted(least, a.t, true)) return accept(bound);
@@ -193,8 +194,8 @@ class Certifier::Search {
   const Eigen::Ref<const Vector>& t_;
   const Eigen::Ref<const Rows>& q_;
   Certificate result_;
-  Eigen::Index first_ = 0, last_ = 0;  // The block.
-  Matrix link_path_, pair_path_;  // From the first sample of the block to each: a row for each sample.
+  Eigen::Index first_ = 0, last_ = 0;       // The block.
+  Matrix link_path_, pair_path_;            // From the first sample of the block to each: a row for each sample.
   Matrix link_curvature_, pair_curvature_;  // From each sample to the next.
   EdgeBounds bounds_;
   std::vector<char> seen_;  // Of the samples of the block, in self_.snapshots_.

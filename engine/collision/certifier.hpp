@@ -22,9 +22,10 @@ struct Contact {
 
 struct Certificate {
   bool certified = false;
-  // Smallest clearances found, at the samples and wherever else was looked, m; infinite where there is nothing to touch.
+  // Smallest clearances found, at the samples and wherever else was looked, m; infinite where there is nothing to
+  // touch.
   double min_obstacles = INFINITE, min_links = INFINITE;
-  double bound = INFINITE;  // No clearance is smaller at any time, m.
+  double bound = INFINITE;         // No clearance is smaller at any time, m.
   std::optional<Contact> contact;  // The first one.
 };
 

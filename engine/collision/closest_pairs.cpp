@@ -9,8 +9,8 @@ namespace {
 // The closest pair remains so until another is closer by this, m: some links are always equally far from each other.
 constexpr double TIE = 1e-5;
 
-// Follows pairs of a kind. A pair is measured only when it could be the closest: its distance has shrunk by no more than
-// how far the two have come since it was measured last.
+// Follows pairs of a kind. A pair is measured only when it could be the closest: its distance has shrunk by no more
+// than how far the two have come since it was measured last.
 class Follower {
  public:
   explicit Follower(std::vector<Nearest> pairs) : pairs_(std::move(pairs)), bounds_(pairs_.size(), -INFINITE) {}

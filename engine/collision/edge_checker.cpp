@@ -12,7 +12,8 @@ namespace {
 
 // While links get farther than this on a part of the edge, only boxes around them are looked at, m.
 constexpr double LONG = 0.3;
-// Two bodies that get no farther than this relative to each other, and cannot be told to keep their distance, do not, m.
+// Two bodies that get no farther than this relative to each other, and cannot be told to keep their distance, do not,
+// m.
 constexpr double SHORT = 1e-3;
 
 }  // namespace
@@ -84,9 +85,8 @@ bool EdgeChecker::keeps(Part& part) {
     if (part.length * farthest_ > LONG) return true;
     if (!measure_ends(part)) return false;
   }
-  return std::none_of(part.measured.begin(), part.measured.end(), [&](const Candidate& pair) {
-    return part.length * bounds_.of(pair.here).length <= SHORT;
-  });
+  return std::none_of(part.measured.begin(), part.measured.end(),
+                      [&](const Candidate& pair) { return part.length * bounds_.of(pair.here).length <= SHORT; });
 }
 
 // Measures the pairs of a part at its ends, and keeps those that may touch. False if one does not keep its distance.
@@ -154,7 +154,7 @@ EdgeChecker::Box EdgeChecker::box(const Snapshot& at, int link) const {
 bool EdgeChecker::boxes_are_apart(int i) const {
   const Nearest& pair = pairs_[static_cast<std::size_t>(i)];
   const Box& other = pair.is_with_obstacle() ? piece_boxes_[static_cast<std::size_t>(pair.piece)]
-                                     : boxes_[static_cast<std::size_t>(pair.other)];
+                                             : boxes_[static_cast<std::size_t>(pair.other)];
   return boxes_[static_cast<std::size_t>(pair.link)].is_apart_from(other);
 }
 

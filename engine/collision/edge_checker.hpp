@@ -1,5 +1,5 @@
-// Whether a robot keeps its distance from everything, at a configuration or on the edge between two. An edge is not sampled
-// but proven: it is halved until the bounds of swept distances show of every pair that it keeps its distance.
+// Whether a robot keeps its distance from everything, at a configuration or on the edge between two. An edge is not
+// sampled but proven: it is halved until the bounds of swept distances show of every pair that it keeps its distance.
 #pragma once
 
 #include <deque>
@@ -37,7 +37,7 @@ class EdgeChecker {
   struct Part {
     double length = 1.0;  // Of the whole edge 1.
     std::shared_ptr<const Snapshot> from, to;
-    std::vector<int> pairs;        // Those that are looked at, before they are measured ...
+    std::vector<int> pairs;           // Those that are looked at, before they are measured ...
     std::vector<Candidate> measured;  // ... and after.
   };
 
@@ -53,13 +53,13 @@ class EdgeChecker {
 
   double distance_;
   SweptDistance swept_;
-  std::vector<Nearest> pairs_;    // All of them.
-  std::vector<int> all_;          // Their places.
+  std::vector<Nearest> pairs_;  // All of them.
+  std::vector<int> all_;        // Their places.
   std::vector<Box> piece_boxes_;
-  std::vector<Box> boxes_;        // Of the links: all that they sweep, and the distance around it.
-  EdgeBounds bounds_;             // From one end to the other.
-  double farthest_ = 0.0;         // How far any link gets.
-  std::deque<Part> parts_;        // Still to be looked at, the longer ones first.
+  std::vector<Box> boxes_;  // Of the links: all that they sweep, and the distance around it.
+  EdgeBounds bounds_;       // From one end to the other.
+  double farthest_ = 0.0;   // How far any link gets.
+  std::deque<Part> parts_;  // Still to be looked at, the longer ones first.
 };
 
 }  // namespace humanoid_rail

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include <coal/shape/geometric_shapes.h>
-#include <pinocchio/algorithm/joint-configuration.hpp>
 #include <pinocchio/algorithm/jacobian.hpp>
+#include <pinocchio/algorithm/joint-configuration.hpp>
 #include <pinocchio/multibody/data.hpp>
 
 namespace humanoid_rail {

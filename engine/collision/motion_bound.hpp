@@ -1,14 +1,15 @@
 // How far the points of links can get while the joints move at constant rates.
 //
-// Seen from the body of a joint further in, the origin of joint j is x_j = x_i + R_i c for the joint i before it, with a
-// constant offset c. With the rates constant, |w_i| <= turn_i and |w_dot_i| <= twist_i,
+// Seen from the body of a joint further in, the origin of joint j is x_j = x_i + R_i c for the joint i before it, with
+// a constant offset c. With the rates constant, |w_i| <= turn_i and |w_dot_i| <= twist_i,
 //
 //   |x_j'|  <= |x_i'|  + turn_i |c|
 //   |x_j''| <= |x_i''| + (twist_i + turn_i^2) |c|
 //
-// and so on to the points of a link. Turns about parallel axes add up with their signs (a chest that stays level does not
-// turn); the others at most in size: w = sum_r w_r a_r, where each axis a_r is carried by the turns before it, so that
-// turn = sum_r |w_r| and twist = sum_r |w_r| sum_{s < r} |w_s|. A sliding joint, c + a q, adds |q'| and 2 turn |q'|.
+// and so on to the points of a link. Turns about parallel axes add up with their signs (a chest that stays level does
+// not turn); the others at most in size: w = sum_r w_r a_r, where each axis a_r is carried by the turns before it, so
+// that turn = sum_r |w_r| and twist = sum_r |w_r| sum_{s < r} |w_s|. A sliding joint, c + a q, adds |q'| and 2 turn
+// |q'|.
 //
 // Bounds of this kind are those of conservative advancement (Mirtich 1996; Zhang, Lee and Kim 2006).
 #pragma once
@@ -31,8 +32,8 @@ class MotionBound {
   explicit MotionBound(const Robot& robot);
 
   // Sets the displacement of every link that the body of a joint carries relative to that body, 0 for the base. The
-  // others are left as they are. `change` (nv) is how far the joints move, `slide` (nv) the farthest that each is from 0
-  // meanwhile.
+  // others are left as they are. `change` (nv) is how far the joints move, `slide` (nv) the farthest that each is from
+  // 0 meanwhile.
   void displacements(const Vector& change, const Vector& slide, pinocchio::JointIndex from,
                      std::vector<Displacement>& links);
 
@@ -47,8 +48,8 @@ class MotionBound {
   };
   // What is known of the body of a joint.
   struct Motion {
-    double length = 0.0, curvature = 0.0;  // Of its origin.
-    double turn = 0.0, twist = 0.0;        // Bounds of angular velocity and angular acceleration.
+    double length = 0.0, curvature = 0.0;                     // Of its origin.
+    double turn = 0.0, twist = 0.0;                           // Bounds of angular velocity and angular acceleration.
     double turn_before = 0.0, twist_before = 0.0, run = 0.0;  // The latest turns about parallel axes, and all before.
   };
 

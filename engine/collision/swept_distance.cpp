@@ -150,8 +150,8 @@ double SweptDistance::gap(const Nearest& pair, const Snapshot& at, const Snapsho
                                  : nullptr;
     const Eigen::Vector3d normal = half_space ? Eigen::Vector3d(-(rotation * half_space->n)) : pair.normal;
     const Eigen::Vector3d& center = piece.placement.getTranslation();
-    const double obstacle = half_space ? half_space->d - normal.dot(center)
-                                       : support(*piece.shape, rotation, center, -normal);
+    const double obstacle =
+        half_space ? half_space->d - normal.dot(center) : support(*piece.shape, rotation, center, -normal);
     const double speed = normal.dot(piece.velocity);
     return -obstacle + std::min(speed * a.t - coordinate(a, normal), speed * b.t - coordinate(b, normal));
   }

@@ -11,8 +11,8 @@ namespace humanoid_rail {
 
 // A robot at a moment.
 struct Snapshot {
-  double t = 0.0;  // s
-  Vector q;  // (n)
+  double t = 0.0;                      // s
+  Vector q;                            // (n)
   std::vector<pinocchio::SE3> joints;  // Where they are.
 };
 
@@ -21,7 +21,8 @@ struct EdgeBounds {
   std::vector<Displacement> links, pairs;
 
   [[nodiscard]] const Displacement& of(const Nearest& pair) const {
-    return pair.is_with_obstacle() ? links[static_cast<std::size_t>(pair.link)] : pairs[static_cast<std::size_t>(pair.pair)];
+    return pair.is_with_obstacle() ? links[static_cast<std::size_t>(pair.link)]
+                                   : pairs[static_cast<std::size_t>(pair.pair)];
   }
 };
 
@@ -54,8 +55,8 @@ class SweptDistance {
   // Measures a pair at a moment: sets distance, point and normal.
   double measure(Nearest& pair, const Snapshot& at);
 
-  // A lower bound of the distance of a pair on the edge from a to b, at both of which it was measured. `moved` is how far
-  // the two get relative to each other; nothing closer is looked for once the bound is as wanted.
+  // A lower bound of the distance of a pair on the edge from a to b, at both of which it was measured. `moved` is how
+  // far the two get relative to each other; nothing closer is looked for once the bound is as wanted.
   [[nodiscard]] double lower_bound(const Nearest& here, const Snapshot& a, const Nearest& there, const Snapshot& b,
                                    const Displacement& moved, double wanted) const;
   // How fast the obstacle of a pair moves, m/s.
@@ -69,10 +70,10 @@ class SweptDistance {
   Kinematics kinematics_;
   MotionBound motion_bound_;
   DistanceMeter meter_;
-  std::vector<pinocchio::JointIndex> origins_;  // What pairs move relative to, each once, the base first.
-  std::vector<std::size_t> origin_of_;          // For each pair of links its place in origins_.
+  std::vector<pinocchio::JointIndex> origins_;      // What pairs move relative to, each once, the base first.
+  std::vector<std::size_t> origin_of_;              // For each pair of links its place in origins_.
   std::vector<std::vector<std::size_t>> pairs_of_;  // For each of origins_ its pairs.
-  std::vector<Displacement> moved_;  // Of every link, relative to the origin at hand.
+  std::vector<Displacement> moved_;                 // Of every link, relative to the origin at hand.
   Vector full_a_, full_b_, change_, slide_;
 };
 

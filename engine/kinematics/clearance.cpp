@@ -23,9 +23,7 @@ bool ObstacleClearances::Candidates::collide(coal::CollisionObject* piece, coal:
 }
 
 ObstacleClearances::ObstacleClearances(std::shared_ptr<const Robot> robot, const Obstacles& obstacles)
-    : robot_(std::move(robot)),
-      obstacles_(obstacles),
-      first_of_(static_cast<std::size_t>(obstacles.size())) {
+    : robot_(std::move(robot)), obstacles_(obstacles), first_of_(static_cast<std::size_t>(obstacles.size())) {
   // The robot has its boxes already, and other threads may be reading them.
   for (const auto& body : robot_->bodies.geometryObjects) links_.emplace_back(body.geometry, false);
   boxed_.reserve(pieces().size());

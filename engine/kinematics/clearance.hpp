@@ -18,7 +18,9 @@ struct NearObstacles {
   std::vector<Nearest> pieces;     // Every piece; empty where each obstacle has just one.
 
   // The pairs of a link and a piece.
-  [[nodiscard]] const std::vector<Nearest>& by_piece(bool is_compound) const { return is_compound ? pieces : obstacles; }
+  [[nodiscard]] const std::vector<Nearest>& by_piece(bool is_compound) const {
+    return is_compound ? pieces : obstacles;
+  }
 };
 
 // Finds which obstacles are near, with the workspace that takes. Not to be shared between threads.

@@ -1,9 +1,9 @@
 // Configurations in which tasks are done, clear of everything and within the limits.
 //
-// Of the errors r = (e(q), d - psi_i(q)), the second for every pair that is nearer than the distance d it has to keep, the
-// sum of squares is brought to 0 by the method of Levenberg and Marquardt with a damping that shrinks with what is left of
-// it (Sugihara 2011). Steps are the shortest in joint coordinates in units of the speed limits, so that what is found is
-// near where the search began. A joint whose step leads beyond a limit is held there.
+// Of the errors r = (e(q), d - psi_i(q)), the second for every pair that is nearer than the distance d it has to keep,
+// the sum of squares is brought to 0 by the method of Levenberg and Marquardt with a damping that shrinks with what is
+// left of it (Sugihara 2011). Steps are the shortest in joint coordinates in units of the speed limits, so that what is
+// found is near where the search began. A joint whose step leads beyond a limit is held there.
 #pragma once
 
 #include "scene_kinematics.hpp"

@@ -2,8 +2,8 @@
 
 namespace humanoid_rail {
 
-void SceneKinematics::observe(const Eigen::Ref<const Vector>& q, double t, double obstacle_horizon,
-                              double link_horizon, Observation& seen) {
+void SceneKinematics::observe(const Eigen::Ref<const Vector>& q, double t, double obstacle_horizon, double link_horizon,
+                              Observation& seen) {
   seen.t = t;
   seen.q = q;
   seen.obstacle_horizon = obstacle_horizon;
@@ -13,7 +13,8 @@ void SceneKinematics::observe(const Eigen::Ref<const Vector>& q, double t, doubl
   seen.near.obstacles.clear();
   seen.near.pieces.clear();
   seen.links.clear();
-  if (obstacles().size() > 0 && obstacle_horizon > -INFINITE) obstacles_.within(obstacle_horizon, kinematics_, seen.near);
+  if (obstacles().size() > 0 && obstacle_horizon > -INFINITE)
+    obstacles_.within(obstacle_horizon, kinematics_, seen.near);
   if (link_horizon > -INFINITE) links_.within(link_horizon, kinematics_, seen.links);
 }
 

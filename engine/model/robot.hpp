@@ -49,7 +49,9 @@ struct Robot {
     return chain_to(model.frames[hand.frame].parentJoint);
   }
   // The joints that move the body of a joint, from the base outwards, itself the last.
-  [[nodiscard]] const std::vector<pinocchio::JointIndex>& chain_to(pinocchio::JointIndex joint) const { return chains_[joint]; }
+  [[nodiscard]] const std::vector<pinocchio::JointIndex>& chain_to(pinocchio::JointIndex joint) const {
+    return chains_[joint];
+  }
   // The outermost joint that moves two bodies alike; 0, the base, where there is none.
   [[nodiscard]] pinocchio::JointIndex common_joint(int link, int other) const;
   // q_full = S q + s0 of the actuated joints' q (n).

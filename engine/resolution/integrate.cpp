@@ -78,7 +78,9 @@ class Velocity {
     tasks_.error(scene_.move_hands_to(vector(q)), t, error_);
     return error_.norm();
   }
-  [[nodiscard]] bool is_held_by_singularity(double tolerance) const { return method_.is_held_by_singularity(tolerance); }
+  [[nodiscard]] bool is_held_by_singularity(double tolerance) const {
+    return method_.is_held_by_singularity(tolerance);
+  }
   [[nodiscard]] int evaluations() const { return evaluations_; }
 
  private:

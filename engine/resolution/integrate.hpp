@@ -9,13 +9,13 @@
 namespace humanoid_rail {
 
 struct Settings {
-  double tolerance = 0.0;       // Norm of e that ends the motion, m.
-  double dt = 0.0;              // Time between samples, s.
-  double max_time = 0.0;        // Longest motion, s.
-  double rtol = 0.0, atol = 0.0;  // Of the integrator.
-  int max_evaluations = 0;      // Evaluations of q_dot after which a motion has stalled.
-  double patience = 0.0;        // How long a motion may be held by a singularity, s.
-  double progress = 0.0;        // How long the hands may get no nearer, s; of the safe velocity alone.
+  double tolerance = 0.0;           // Norm of e that ends the motion, m.
+  double dt = 0.0;                  // Time between samples, s.
+  double max_time = 0.0;            // Longest motion, s.
+  double rtol = 0.0, atol = 0.0;    // Of the integrator.
+  int max_evaluations = 0;          // Evaluations of q_dot after which a motion has stalled.
+  double patience = 0.0;            // How long a motion may be held by a singularity, s.
+  double progress = 0.0;            // How long the hands may get no nearer, s; of the safe velocity alone.
   double planning_time = INFINITE;  // How long planning may take, s; of the safe velocity alone.
 };
 

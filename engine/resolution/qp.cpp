@@ -97,8 +97,8 @@ void SafeVelocity::set_equalities(const Observation& at, const Safety& safety) {
   ce_ = -length.cwiseInverse().cwiseProduct(b);
 }
 
-// The velocity damper d_dot >= -k (d - d_s), unless no velocity within the joints' bounds can break it. What it asks for
-// away from an obstacle is at most half of what they allow.
+// The velocity damper d_dot >= -k (d - d_s), unless no velocity within the joints' bounds can break it. What it asks
+// for away from an obstacle is at most half of what they allow.
 void SafeVelocity::add_row(const Nearest& pair, const Safety& safety, double dt) {
   const double wanted = -std::min(safety.gain, 1.0 / dt) * (pair.distance - safety.target) - pair.rate;
   if (count_ == G_.cols()) {
@@ -127,8 +127,8 @@ bool SafeVelocity::holds(const Vector& velocity, double precision) const {
   return true;
 }
 
-// Sets velocity to the closest to the reference: min |x - r|^2 + w |J (x - r)|^2 within the bounds, G x >= h and A x = b,
-// where of h > 0 only a share counts.
+// Sets velocity to the closest to the reference: min |x - r|^2 + w |J (x - r)|^2 within the bounds, G x >= h and A x =
+// b, where of h > 0 only a share counts.
 bool SafeVelocity::solve(const Matrix& J, const Safety& safety, double share) {
   set_program(J, safety.task_weight, share);
   const auto status = solver_.solve_quadprog(hessian_, linear_, CE_, ce_, CI_, ci_, solution_);

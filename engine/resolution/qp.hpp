@@ -13,15 +13,15 @@ namespace humanoid_rail {
 
 // Parameters of the constraints; resolution/qp.py says what they mean.
 struct Safety {
-  double distance = 0.0;     // The safety distance, m.
-  double gain = 0.0;         // Of the velocity dampers, 1/s.
-  double horizon = 0.0;      // Pairs farther apart are left out, m.
-  double target = 0.0;       // The distance that the dampers keep to, m.
-  double limit_gain = 0.0;   // How fast a joint may approach its position limit, 1/s.
-  double task_weight = 0.0;  // Of the tasks' deviation from eq. 4.9 against that of the joints.
-  double least_rate = 0.0;   // A distance that no velocity changes faster than this is left alone, m/s.
-  double fastest = 0.0;      // A speed limit that is none, m/s or rad/s.
-  double precision = 0.0;    // Of constraints, m/s and rad/s.
+  double distance = 0.0;       // The safety distance, m.
+  double gain = 0.0;           // Of the velocity dampers, 1/s.
+  double horizon = 0.0;        // Pairs farther apart are left out, m.
+  double target = 0.0;         // The distance that the dampers keep to, m.
+  double limit_gain = 0.0;     // How fast a joint may approach its position limit, 1/s.
+  double task_weight = 0.0;    // Of the tasks' deviation from eq. 4.9 against that of the joints.
+  double least_rate = 0.0;     // A distance that no velocity changes faster than this is left alone, m/s.
+  double fastest = 0.0;        // A speed limit that is none, m/s or rad/s.
+  double precision = 0.0;      // Of constraints, m/s and rad/s.
   std::vector<double> shares;  // Of the speed away from what is too near, until one can be had.
   // Rows A (k, n) and sides b (k) of A q_dot = b at a configuration (n) and a time in s. May be empty.
   std::function<std::pair<Matrix, Vector>(const Vector& q, double t)> equality;
@@ -42,7 +42,8 @@ class SafeVelocity {
   const Vector& velocity(const Observation& at, const TaskStack& tasks, const Gains& gains, const Safety& safety,
                          double dt);
   // Finds what the program needs to know at a configuration (n) and a time in s.
-  void observe(const Eigen::Ref<const Vector>& q, double t, const Gains& gains, const Safety& safety, Observation& seen);
+  void observe(const Eigen::Ref<const Vector>& q, double t, const Gains& gains, const Safety& safety,
+               Observation& seen);
 
   // The rows G q_dot >= h of the last velocity (m, n) and (m): of the pairs that can bind.
   [[nodiscard]] Matrix rows() const { return G_.leftCols(count_).transpose(); }

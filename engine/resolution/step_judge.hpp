@@ -22,8 +22,8 @@ class StepJudge {
  public:
   StepJudge(std::shared_ptr<const Robot> robot, const Obstacles& obstacles, double safety_distance);
 
-  // Whether the edge from a to b is free of contact, and at its end no pair is below the safety distance or, where it was
-  // below already, nearer.
+  // Whether the edge from a to b is free of contact, and at its end no pair is below the safety distance or, where it
+  // was below already, nearer.
   [[nodiscard]] Step judge(const Place& a, const Place& b);
 
  private:

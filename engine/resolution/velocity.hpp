@@ -25,8 +25,8 @@ struct Gains {
 };
 
 // q_dot of eq. 4.9 for a robot among obstacles, with the workspace that takes. Not to be shared between threads.
-// Evaluations allocate nothing, except what Eigen's SVD does at singularities, coal's GJK for boxes and meshes, tasks that
-// turn hands, and functions of the user's.
+// Evaluations allocate nothing, except what Eigen's SVD does at singularities, coal's GJK for boxes and meshes, tasks
+// that turn hands, and functions of the user's.
 class GradientProjection {
  public:
   explicit GradientProjection(const Robot& robot);

@@ -14,8 +14,8 @@ class Obstacles {
  public:
   struct Piece {
     std::shared_ptr<coal::CollisionGeometry> shape;
-    coal::Transform3s placement;                          // At t = 0.
-    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();   // m/s
+    coal::Transform3s placement;                         // At t = 0.
+    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // m/s
     int obstacle = 0;
 
     [[nodiscard]] coal::Transform3s at(double t) const {

@@ -12,7 +12,7 @@ from humanoid_rail.cli.report import why_not_certified
 from humanoid_rail.io.export import FORMATS, export
 from humanoid_rail.io.plan_folder import Plan, read_plan
 from humanoid_rail.planning.verification import verify
-from humanoid_rail.trajectory import Status
+from humanoid_rail.result import Status
 
 
 class _Export(Command):

@@ -24,7 +24,7 @@ from humanoid_rail.planning.planner import METHODS, plan
 from humanoid_rail.retiming.retiming import LEAST_SPEED, retime
 from humanoid_rail.scene.obstacles import at_rest
 from humanoid_rail.scene.scene import is_of_a_scene, load_scene
-from humanoid_rail.trajectory import Status
+from humanoid_rail.result import Status
 from humanoid_rail.viewer.playback import playback_html
 
 PAGE = "playback.html"

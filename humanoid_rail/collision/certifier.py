@@ -1,7 +1,8 @@
 """Proves a motion free of contact, including between samples, or finds the first contact.
 
-The native engine follows pair after pair of bodies along the motion and looks again where two could have come near enough
-to matter (`engine/collision/certifier.cpp`); how distances are bounded between two moments is in `swept_distance.cpp`.
+The native engine follows pair after pair of bodies along the motion and looks again where two could have come near
+enough to matter (`engine/collision/certifier.cpp`); how distances are bounded between two moments is in
+`swept_distance.cpp`.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Whether a robot keeps its distance from everything, at a configuration or on the straight edge between two.
 
-An edge is not sampled but proven: the native engine halves it until the bounds on swept distances show of every pair that
-it keeps its distance (`engine/collision/edge_checker.cpp`). Where no two bodies can get farther than a millimetre relative
-to each other and the bounds still leave it open, the answer is no. So an edge is never wrongly said to be valid, however
-thin an obstacle is.
+An edge is not sampled but proven: the native engine halves it until the bounds on swept distances show of every pair
+that it keeps its distance (`engine/collision/edge_checker.cpp`). Where no two bodies can get farther than a millimetre
+relative to each other and the bounds still leave it open, the answer is no. So an edge is never wrongly said to be
+valid, however thin an obstacle is.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """How far the points of links can get while the joints move at constant rates.
 
-The bounds come from the lengths of the links and the rates of the joints alone and are valid in every configuration, as in
-conservative advancement (Mirtich 1996; Zhang, Lee and Kim 2006). `engine/collision/motion_bound.cpp` derives them.
+The bounds come from the lengths of the links and the rates of the joints alone and are valid in every configuration, as
+in conservative advancement (Mirtich 1996; Zhang, Lee and Kim 2006). `engine/collision/motion_bound.cpp` derives them.
 """
 
 from __future__ import annotations

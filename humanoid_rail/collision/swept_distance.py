@@ -2,12 +2,12 @@
 
 Two bounds of the distance d of two convex bodies, which is measured at both ends a and b of the edge:
 
-- From either end d has shrunk by no more than the path from there, so d >= (d_a + d_b - l) / 2, where l bounds how far the
-  points of the two can get relative to each other (conservative advancement).
-- Let n be the normal of their nearest points at one end. The gap between the planes with normal n that touch the one and
-  the other is a lower bound of d at any moment. The coordinate of each point along n differs from a straight line from a to
-  b by at most an eighth of its largest second derivative c, so d >= min(gap_a, gap_b) - c / 8. Short edges lose next to
-  nothing.
+- From either end d has shrunk by no more than the path from there, so d >= (d_a + d_b - l) / 2, where l bounds how far
+  the points of the two can get relative to each other (conservative advancement).
+- Let n be the normal of their nearest points at one end. The gap between the planes with normal n that touch the one
+  and the other is a lower bound of d at any moment. The coordinate of each point along n differs from a straight line
+  from a to b by at most an eighth of its largest second derivative c, so d >= min(gap_a, gap_b) - c / 8. Short edges
+  lose next to nothing.
 
 For two links all this is seen from the body that carries both. The native engine computes it
 (`engine/collision/swept_distance.cpp`); this class shows it pair by pair.
@@ -62,6 +62,6 @@ class SweptDistance:
         return Nearest(*self._native.distance(pair, t, q))
 
     def lower_bound(self, pair: int, t_a: float, a: Array, t_b: float, b: Array) -> float:
-        """Return a lower bound of the distance of a pair on the edge between two configurations (n,), at two times, m."""
+        """Return a lower bound of the distance of a pair on the edge between configurations (n,) at two times, m."""
         bound: float = self._native.lower_bound(pair, t_a, a, t_b, b)
         return bound

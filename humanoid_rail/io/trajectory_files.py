@@ -22,7 +22,8 @@ from humanoid_rail.errors import InvalidInput
 from humanoid_rail.kinematics.joint_limits import Violation
 from humanoid_rail.search.effort import PathQuality, Search
 from humanoid_rail.timing import Peak, Timing
-from humanoid_rail.trajectory import Status, Trajectory
+from humanoid_rail.result import Status
+from humanoid_rail.trajectory import Trajectory
 
 DAMAGED = (BadZipFile, RuntimeError, zlib.error)
 """What zipfile raises for files that are damaged; RuntimeError where they seem to be encrypted."""

@@ -1,7 +1,7 @@
 """Configurations in which tasks are done, clear of everything and within the joint limits.
 
-The native engine (`engine/kinematics/inverse_kinematics.cpp`) brings the sum of the squared errors to 0 by the method of
-Levenberg and Marquardt, with a damping that shrinks with what is left of it (Sugihara 2011).
+The native engine (`engine/kinematics/inverse_kinematics.cpp`) brings the sum of the squared errors to 0 by the method
+of Levenberg and Marquardt, with a damping that shrinks with what is left of it (Sugihara 2011).
 """
 
 from __future__ import annotations

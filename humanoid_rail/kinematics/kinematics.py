@@ -11,7 +11,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 from functools import wraps
-from typing import Concatenate, NamedTuple, ParamSpec, TypeVar
+from typing import Any, NamedTuple, TypeVar, cast
 
 import coal
 import numpy as np
@@ -25,19 +25,18 @@ from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import Obstacle
 from humanoid_rail.scene.shapes import PlacedShape, placed_shapes
 
-P = ParamSpec("P")
-R = TypeVar("R")
+F = TypeVar("F", bound=Callable[..., Any])
 
 
-def _one_at_a_time(method: Callable[Concatenate[Kinematics, P], R]) -> Callable[Concatenate[Kinematics, P], R]:
+def _one_at_a_time(method: F) -> F:
     """Have calls from several threads wait for one another: they share Pinocchio's workspace."""
 
     @wraps(method)
-    def waiting(self: Kinematics, *arguments: P.args, **named: P.kwargs) -> R:
+    def waiting(self: Kinematics, *arguments: Any, **named: Any) -> Any:
         with self._lock:
             return method(self, *arguments, **named)
 
-    return waiting
+    return cast(F, waiting)
 
 
 class Kinematics:

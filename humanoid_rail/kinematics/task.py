@@ -1,8 +1,8 @@
 """Tasks: what is to be reached, as errors that are to become 0.
 
 A task has an error e(q) and its Jacobian de/dq, as in Pink. Errors are what is there minus what is wanted, so that eq.
-4.6 with the stacked rows of all tasks makes them decay. Anything with `rows`, `error`, `jacobian` and `drift` is a task;
-those of this module also exist in the native engine, and others are called back from there.
+4.6 with the stacked rows of all tasks makes them decay. Anything with `rows`, `error`, `jacobian` and `drift` is a
+task; those of this module also exist in the native engine, and others are called back from there.
 
 Shapes: m rows, n actuated joints. The targets of a scene become tasks by :func:`tasks_of`.
 """

@@ -12,7 +12,8 @@ from humanoid_rail._resources import resource
 from humanoid_rail.errors import InvalidInput
 from humanoid_rail.kinematics.kinematics import Kinematics
 from humanoid_rail.model.robot import Robot
-from humanoid_rail.planning.methods import METHODS, GradientProjection, PlanningMethod, SafeVelocity, as_method
+from humanoid_rail.planning.methods import METHODS, GradientProjection, SafeVelocity, as_method
+from humanoid_rail.planning.options import PlanningMethod
 from humanoid_rail.planning.planner import plan
 from humanoid_rail.scene.scene import Scene, load_scene, target_points
 from humanoid_rail.trajectory import Trajectory

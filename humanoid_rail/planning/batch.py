@@ -10,7 +10,8 @@ from functools import lru_cache
 
 from humanoid_rail.errors import EngineMissing, HumanoidRailError, InvalidInput
 from humanoid_rail.model.robot import Robot
-from humanoid_rail.planning.methods import PlanningMethod, as_method
+from humanoid_rail.planning.methods import as_method
+from humanoid_rail.planning.options import PlanningMethod
 from humanoid_rail.planning.planner import plan
 from humanoid_rail.planning.shared_memory import Packed, pack, shared_folder, unpack
 from humanoid_rail.scene.scene import Scene, is_of_a_scene

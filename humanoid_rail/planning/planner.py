@@ -15,12 +15,14 @@ from humanoid_rail.kinematics.joint_limits import limit_violations, sampled
 from humanoid_rail.kinematics.state import KinematicsModel
 from humanoid_rail.kinematics.task import count_rows
 from humanoid_rail.model.robot import Robot
-from humanoid_rail.planning.methods import PlanningMethod, as_method
+from humanoid_rail.planning.methods import as_method
+from humanoid_rail.planning.options import PlanningMethod
 from humanoid_rail.planning.segments import Segments, joined, plan_segments, problems_of
 from humanoid_rail.problem import Problem
+from humanoid_rail.result import Motion, Provenance, Samples, Status, Verdict
 from humanoid_rail.scene.obstacles import name_of
 from humanoid_rail.scene.scene import Scene, check_scene
-from humanoid_rail.trajectory import Motion, Provenance, Samples, Status, Trajectory, Verdict
+from humanoid_rail.trajectory import Trajectory
 
 UNPROVEN = "the native engine, which proves motions free of contact, is not installed"
 """This is said of a motion that could not be looked at."""
@@ -33,14 +35,15 @@ def plan(robot: Robot, scene: Scene, method: PlanningMethod | str = "auto") -> T
         robot: The robot.
         scene: Start, targets and obstacles. Several steps of targets are reached one after the other, each by a segment
             of the motion that begins where the one before ended; `auto` also turns hands as their poses ask.
-        method: How each segment is planned: a name, `auto`, `qp` or `gradient-projection`, for the default options, or an
-            object with options, such as ``Auto(seed=3)``, ``SafeVelocity(safety_distance=0.02)`` or
+        method: How each segment is planned: a name, `auto`, `qp` or `gradient-projection`, for the default options, or
+            an object with options, such as ``Auto(seed=3)``, ``SafeVelocity(safety_distance=0.02)`` or
             ``GradientProjection(epsilon=0.7)``. docs/plan.md says which one to take.
 
     Returns:
         The trajectory up to where it got, with the status of its last segment, a reason and a certificate of what is
-        proven of the motion, including between samples; see :func:`verify`. By `qp` and `auto` a motion whose certificate
-        fails is not `reached`. Its timing is the method's own; :func:`retime` gives one that a drive can follow.
+        proven of the motion, including between samples; see :func:`verify`. By `qp` and `auto` a motion whose
+        certificate fails is not `reached`. Its timing is the method's own; :func:`retime` gives one that a drive can
+        follow.
 
     Raises:
         InvalidInput: If an argument is not valid, the scene is not one for this robot, or the start is outside the

@@ -13,12 +13,12 @@ from humanoid_rail.kinematics.joint_limits import JointMotion
 from humanoid_rail.kinematics.path_metric import PathQuality, path_quality
 from humanoid_rail.kinematics.task import tasks_of
 from humanoid_rail.model.robot import Robot
-from humanoid_rail.planning.methods import Planned, PlanningMethod
+from humanoid_rail.planning.options import Planned, PlanningMethod
 from humanoid_rail.problem import Problem
 from humanoid_rail.resolution.integrate import Integration
+from humanoid_rail.result import Search, Status
 from humanoid_rail.scene.obstacles import moved
 from humanoid_rail.scene.scene import Scene
-from humanoid_rail.trajectory import Search, Status
 
 
 @dataclass(frozen=True, eq=False)

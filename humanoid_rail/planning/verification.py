@@ -39,8 +39,8 @@ def verify(robot: Robot, scene: Scene, trajectory: SampledMotion) -> Certificate
     """Prove that a motion touches no obstacle and that no links touch each other, including between samples.
 
     The motion is linear in q between its samples, whatever made it, or the cubic spline through positions and
-    velocities if it has a :class:`humanoid_rail.Timing`. Nothing else of the trajectory is believed. Joint limits are not
-    looked at, nor is what comes after the last sample; see docs/safety.md.
+    velocities if it has a :class:`humanoid_rail.Timing`. Nothing else of the trajectory is believed. Joint limits are
+    not looked at, nor is what comes after the last sample; see docs/safety.md.
 
     Args:
         robot: The robot.

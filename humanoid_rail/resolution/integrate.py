@@ -17,7 +17,7 @@ from humanoid_rail.kinematics.kinematics import Kinematics
 from humanoid_rail.kinematics.state import State
 from humanoid_rail.kinematics.task import Task, count_rows, stack_error, stack_jacobian
 from humanoid_rail.resolution.velocity import Gains, gradient_projection, lost_direction
-from humanoid_rail.trajectory import Status
+from humanoid_rail.result import Status
 
 if TYPE_CHECKING:
     from scipy.integrate import DenseOutput

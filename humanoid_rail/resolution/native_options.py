@@ -14,7 +14,7 @@ from humanoid_rail.resolution import qp
 from humanoid_rail.resolution.integrate import MAX_EVALUATIONS, SINGULAR_TIME, Settings
 from humanoid_rail.resolution.qp import Safety, equality_rows
 from humanoid_rail.resolution.velocity import SINGULAR_VALUE, Gains, objective_velocity
-from humanoid_rail.trajectory import Status
+from humanoid_rail.result import Status
 
 if TYPE_CHECKING:
     from humanoid_rail import _engine

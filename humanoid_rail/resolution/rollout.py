@@ -1,7 +1,8 @@
 """Follows the velocity of `qp` step by step; each step is proven free of contact before it is made.
 
 The velocity is held for dt, as by the controller of a robot: the motion is linear in q between its samples, and what is
-proven of it is proven of the motion that a robot makes. The native engine does all of it (`engine/resolution/rollout.cpp`).
+proven of it is proven of the motion that a robot makes. The native engine does all of it
+(`engine/resolution/rollout.cpp`).
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from humanoid_rail.resolution.integrate import Integration, Settings, explain
 from humanoid_rail.resolution.native_options import native_gains, native_safety, native_settings, status_of
 from humanoid_rail.resolution.qp import Safety
 from humanoid_rail.resolution.velocity import Gains
-from humanoid_rail.trajectory import Status
+from humanoid_rail.result import Status
 
 
 def rollout(

@@ -31,12 +31,13 @@ from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.planner import judged
 from humanoid_rail.planning.segments import arrival
 from humanoid_rail.planning.verification import check_robot
+from humanoid_rail.result import MAX_SAMPLES, Motion, Peak, Samples, Status, Timing, Verdict
 from humanoid_rail.retiming.bspline import fastest_in_between, peaks, samples
 from humanoid_rail.retiming.rest_to_rest import follow
 from humanoid_rail.retiming.smooth_path import deviation, smooth_path
 from humanoid_rail.retiming.time_optimal import Limits
 from humanoid_rail.scene.scene import Scene
-from humanoid_rail.trajectory import MAX_SAMPLES, Motion, Peak, Samples, Status, Timing, Trajectory, Verdict
+from humanoid_rail.trajectory import Trajectory
 
 SPACINGS = (0.05, 0.025, 0.0125, 0.006, 0.003)
 """The control points of the path's spline are this far apart in turn, until the certificate is as good as the plan's;
@@ -85,9 +86,9 @@ def retime(
 ) -> Trajectory:
     """Return a trajectory along the same path, as fast as the limits allow, at rest at both ends and at each target.
 
-    The motion is a cubic spline with continuous accelerations, and is certified afresh. It is `uncertified` if it reaches
-    its targets by `auto` or `qp` and cannot be certified, as can happen among moving obstacles; if it does not reach them,
-    the reason and the times in it are the plan's.
+    The motion is a cubic spline with continuous accelerations, and is certified afresh. It is `uncertified` if it
+    reaches its targets by `auto` or `qp` and cannot be certified, as can happen among moving obstacles; if it does not
+    reach them, the reason and the times in it are the plan's.
 
     Args:
         trajectory: What :func:`plan` or :func:`read_trajectory` returned.
@@ -98,8 +99,8 @@ def retime(
         velocity_limit: One number for all joints, or one for each (n,), m/s and rad/s; the robot's if not given.
         acceleration_limit: The same, m/s^2 and rad/s^2.
         jerk_limit: The same, m/s^3 and rad/s^3; none if not given.
-        speed: Share of the velocity limits to use, from 0.001 to 1; of the acceleration limits its square is used, as if
-            time went slower. A jerk limit stays.
+        speed: Share of the velocity limits to use, from 0.001 to 1; of the acceleration limits its square is used, as
+            if time went slower. A jerk limit stays.
         dwell: How long to rest at each target before the next, s.
         max_time: Longest motion, s; one that takes longer is `time_limit`, although it is returned.
 

@@ -15,7 +15,7 @@ from scipy.interpolate import BSpline
 from humanoid_rail._arrays import Array
 
 GRID_POINTS = (4, 6, 3)
-"""Each piece of a path has this many grid points; the later numbers are for where toppra finds nothing with the earlier."""
+"""Each piece of a path has this many grid points; the later numbers are used where toppra finds nothing before."""
 TURNING_SHARE = 0.5
 """The turning of the path may take this share of the jerk limit."""
 

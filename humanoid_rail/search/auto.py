@@ -7,8 +7,8 @@
    again and again with more checks and in a larger box: one long search fails more often than many short ones.
 4. The path is shortened, and others are tried while that may pay. The shortest one is smoothed (`smoothing.py`).
 
-Every edge of a path is proven to keep the safety distance (`collision/edge_checker.py`). Budgets are numbers of edge checks
-and never seconds, so a seed always gives the same plan; `max_planning_time` only cuts planning off.
+Every edge of a path is proven to keep the safety distance (`collision/edge_checker.py`). Budgets are numbers of edge
+checks and never seconds, so a seed always gives the same plan; `max_planning_time` only cuts planning off.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ from humanoid_rail.resolution.integrate import Integration, Settings
 from humanoid_rail.resolution.qp import Safety
 from humanoid_rail.resolution.rollout import rollout
 from humanoid_rail.resolution.velocity import Gains, penalty
+from humanoid_rail.result import Status
 from humanoid_rail.search.goal_sampler import seeds
 from humanoid_rail.search.path_search import QP, PathSearch
 from humanoid_rail.search.reachability import TimedOut, blocked_target, followed, out_of_reach
 from humanoid_rail.search.smoothing import round_corners, time_path
-from humanoid_rail.trajectory import Status
 
 STEP = 0.05
 """The safe velocity is held for this long, in time constants 1 / max(K): only its path matters."""
@@ -183,7 +183,7 @@ def _has_arrived(problem: Problem, motion: Integration) -> bool:
 def _follow_safely(
     problem: Problem, kinematics: NativeKinematics, gains: Gains, safety: Safety, settings: Settings
 ) -> tuple[Integration, PathResult | None]:
-    """Return the motion of the safe velocity in long steps, and what is found already if no path is to be looked for."""
+    """Return the motion of the safe velocity in long steps, and the result if no path has to be looked for."""
     tasks = followed(problem.tasks)
     # In whole steps, at least one.
     steps = max(1, int(STEP / gains.diagonal(count_rows(tasks)).max() / settings.dt))

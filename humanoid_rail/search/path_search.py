@@ -106,7 +106,7 @@ class PathSearch:
             self.best, self.found_by = path, found_by
 
     def completed(self, path: Array) -> Array:
-        """Return a path that ends within the tolerance of the targets, continued to a goal if a straight edge is valid."""
+        """Return a path that ends within the tolerance of its targets, continued to a goal if that edge is valid."""
         posture = self.solve(path[-1])
         exact = posture.reached and self.checker.is_edge_valid(path[-1], posture.q)
         return np.vstack([path, posture.q]) if exact else path
@@ -193,8 +193,8 @@ class PathSearch:
             what = f"no configuration at the targets that keeps {self.distance:.3g} m from everything"
             return f"{what} was found by inverse kinematics from {self.tried} starts"
         return (
-            f"no path to any of {self.known} configurations at the targets was found ({self._effort()}); what is in the "
-            "way may leave none"
+            f"no path to any of {self.known} configurations at the targets was found ({self._effort()}); the obstacles "
+            "may leave none"
         )
 
     def _effort(self) -> str:

@@ -160,10 +160,16 @@ class _Reach:
             there[free] = x
             return self._kinematics.state(there)
 
+        def error(x: Array) -> Array:
+            return stack_error(state(x), tasks)
+
+        def slope(x: Array) -> Array:
+            return stack_jacobian(state(x), tasks)[:, free]
+
         closest = least_squares(
-            lambda x: stack_error(state(x), tasks),
+            error,
             q[free],
-            lambda x: stack_jacobian(state(x), tasks)[:, free],
+            slope,
             bounds=(robot.lower[free], robot.upper[free]),
             max_nfev=MAX_STEPS,
         )

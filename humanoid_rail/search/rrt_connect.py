@@ -1,8 +1,8 @@
 """Paths between configurations by sampling, with OMPL (Sucan, Moll and Kavraki 2012).
 
 RRT-Connect (Kuffner and LaValle 2000) grows a tree from the start and one from the goals until they meet. The path that
-it finds is shortened by OMPL's shortcutting. Configurations are measured in units of the speed limits, so that the length of a
-path is the time it takes at them.
+it finds is shortened by OMPL's shortcutting. Configurations are measured in units of the speed limits, so that the
+length of a path is the time it takes at them.
 
 The same seed gives the same path, whatever happens in other threads: OMPL draws its seeds from one generator of the
 process, which is set before each call and kept for it. So threads wait for each other here; processes do not.
@@ -71,7 +71,7 @@ class _Motions(base.MotionValidator):  # type: ignore[misc]
 
 @contextmanager
 def _ompl(seed: int, deadline: float) -> Iterator[bool]:
-    """Have OMPL draw its random numbers from a seed, and log nothing; False if other threads use it until a deadline."""
+    """Have OMPL draw its random numbers from a seed and log nothing; False if it is in use until a deadline."""
     left = deadline - time.perf_counter()
     if not _lock.acquire(timeout=min(max(left, 0.0), threading.TIMEOUT_MAX)):
         yield False

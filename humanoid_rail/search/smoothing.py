@@ -76,8 +76,8 @@ def time_path(
 ) -> tuple[Array, Array]:
     """Return times (N,) in s and configurations (N, n) at them: as fast as the speed limits let a path be followed.
 
-    Where a path turns it is followed so slowly that it turns by no more than MAX_TURN in dt, and that the edges between the samples,
-    which cut its curves short, are valid. Accelerations are not limited.
+    Where a path turns it is followed so slowly that it turns by no more than MAX_TURN in dt, and that the edges between
+    the samples, which cut its curves short, are valid. Accelerations are not limited.
 
     Args:
         robot: The robot.

@@ -6,7 +6,8 @@ import html
 from collections.abc import Sequence
 
 from humanoid_rail.collision.certificate import Certificate
-from humanoid_rail.trajectory import Status, Trajectory
+from humanoid_rail.result import Status
+from humanoid_rail.trajectory import Trajectory
 from humanoid_rail.viewer.closest_pairs import Closest, ClosestPairs, trace_clearance
 from humanoid_rail.viewer.colours import CLEARANCE_SCALE, CLOSEST_COLOUR, PENETRATION_COLOUR, hand_colour
 

@@ -1,0 +1,233 @@
+"""What the planning methods have in common: their interface, their options and the checks of these."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar, Protocol
+
+import numpy as np
+
+from humanoid_rail._arrays import Array
+from humanoid_rail.collision.certifier import least_distance
+from humanoid_rail.errors import InvalidInput, checked_number
+from humanoid_rail.kinematics.native_kinematics import NativeKinematics
+from humanoid_rail.kinematics.state import KinematicsModel
+from humanoid_rail.problem import Problem
+from humanoid_rail.resolution.integrate import Integration, Settings
+from humanoid_rail.resolution.qp import Safety
+from humanoid_rail.resolution.velocity import Gains, Objective
+from humanoid_rail.result import MAX_SAMPLES, Method, Search, Status
+from humanoid_rail.scene.scene import Scene, field_of_step
+from humanoid_rail.scene.targets import Pose, is_oriented
+
+ENGINES = ("native", "python")
+"""Gradient projection is computed by one of these: C++, or the Python that is there to be read."""
+FUNCTIONS = ("objectives", "equalities")
+"""These options hold functions, of which plain data has only the names."""
+
+
+@dataclass(frozen=True, eq=False)
+class Planned:
+    """A motion to the tasks of one problem, or as far as it got."""
+
+    motion: Integration
+    """Its times begin at 0."""
+    found_by: str
+    """What found its path; empty if nothing did."""
+    search: Search | None = None
+    """What `auto` did to find it."""
+
+
+class PlanningMethod(Method, Protocol):
+    """What plans a problem: a frozen options object."""
+
+    @property
+    def gains(self) -> Gains:
+        """Parameters of eq. 4.9."""
+        ...
+
+    @property
+    def max_time(self) -> float:
+        """Longest motion, s."""
+        ...
+
+    @property
+    def engine(self) -> str:
+        """What computes the motion, `native` or `python`."""
+        ...
+
+    def kinematics(self, problem: Problem) -> KinematicsModel:
+        """Return the robot among the obstacles of a problem, in the method's engine."""
+        ...
+
+    def least_start(self) -> float:
+        """Return the clearance that a start must have, m."""
+        ...
+
+    def check(self, scene: Scene) -> None:
+        """Check that the method can do what a scene asks for.
+
+        Raises:
+            InvalidInput: If it cannot.
+        """
+        ...
+
+    def plan(self, problem: Problem, number: int = 0, spent: float = 0.0, moved: float = 0.0) -> Planned:
+        """Plan a motion to the tasks of a problem.
+
+        Args:
+            problem: The robot, the scene, the tasks and the start.
+            number: The number of the segment, of which there may be several.
+            spent: The time that planning the segments before took, s.
+            moved: The time that the motion of the segments before takes, s.
+        """
+        ...
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """What all methods have in common.
+
+    Raises:
+        InvalidInput: If an option is not valid.
+    """
+
+    name: ClassVar[str]
+
+    gain: float | Sequence[float] | Array = 1.0
+    """Diagonal of K in 1/s: one number for all rows of the tasks, or one for each. Kept as a tuple."""
+    c_mu: float = 1.0
+    """Gain of the manipulability's gradient, 0 or more."""
+    c_kappa: float = 1.0
+    """Gain of the penalties' gradient, 0 or more."""
+    epsilon: float = 1.0
+    """Activation distance of the penalty in m, 0 or more. The paper does not give it."""
+    objectives: Sequence[Objective] = ()
+    """Further secondary objectives: functions from a :class:`State` to a velocity (n,) in m/s and rad/s, which eq. 4.8
+    adds to its own. See docs/objective.md."""
+    tolerance: float = 0.01
+    """The motion ends where the norm of e, all rows of all tasks together, falls to this, m."""
+    dt: float = 0.01
+    """Time between samples, s."""
+    max_time: float = 60.0
+    """Longest motion, s."""
+    far_clearances: bool = False
+    """Whether to measure at each sample also the clearances beyond the activation distance. If not, they are infinite,
+    except for the smallest, so `min_clearance` is right in any case."""
+
+    def __post_init__(self) -> None:
+        gains = Gains(self.gain, self.c_mu, self.c_kappa, self.epsilon, self.objectives)
+        for field in fields(Gains):
+            object.__setattr__(self, field.name, getattr(gains, field.name))
+        for name in ("tolerance", "dt", "max_time"):
+            object.__setattr__(self, name, checked_number(name, getattr(self, name), above=0.0))
+        if self.max_time / self.dt > MAX_SAMPLES:
+            least = f"{self.max_time / MAX_SAMPLES:g} s with max_time = {self.max_time:g} s"
+            raise InvalidInput("dt", self.dt, f"at least {least}, for at most {MAX_SAMPLES} samples")
+        if not isinstance(self.far_clearances, bool):
+            raise InvalidInput("far_clearances", self.far_clearances, "True or False")
+
+    @property
+    def gains(self) -> Gains:
+        """Parameters of eq. 4.9."""
+        return Gains(self.gain, self.c_mu, self.c_kappa, self.epsilon, self.objectives)
+
+    @property
+    def engine(self) -> str:
+        """What computes the motion: `native`."""
+        return ENGINES[0]
+
+    @property
+    def kept_distance(self) -> float | None:
+        """None: nothing is kept clear."""
+        return None
+
+    def options(self) -> dict[str, Any]:
+        """Return all options as plain data; of functions their names."""
+        plain: dict[str, Any] = {field.name: getattr(self, field.name) for field in fields(self)}
+        plain["gain"] = list(plain["gain"])
+        for name in FUNCTIONS:
+            if name in plain:
+                plain[name] = [getattr(function, "__name__", type(function).__name__) for function in plain[name]]
+        return {name: None if value == np.inf else value for name, value in plain.items()}
+
+    def kinematics(self, problem: Problem) -> KinematicsModel:
+        """Return the robot among the obstacles of a problem."""
+        return NativeKinematics(problem.robot, problem.obstacles)
+
+    def least_start(self) -> float:
+        """Return 0: a start must not be in penetration, m."""
+        return 0.0
+
+    def check(self, scene: Scene) -> None:
+        """Check that no hand has to be turned.
+
+        Raises:
+            InvalidInput: If one has to be.
+        """
+        check_no_turns(scene)
+
+    def _settings(self, moved: float = 0.0, **more: float) -> Settings:
+        given = {"rtol": 1.0, "atol": 1.0, **more}
+        return Settings(tolerance=self.tolerance, dt=self.dt, max_time=self.max_time - moved, **given)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SafeOptions(Options):
+    """What the methods that keep clear have in common."""
+
+    safety_distance: float = 0.01
+    """Clearances are kept from falling below this, m, 0 or more. A start that is nearer to something is led away."""
+    damper_gain: float = 1.4
+    """Clearances fall to the safety distance no faster than exp(-damper_gain t), 1/s."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        safety = self.safety
+        for field in fields(Safety):
+            if hasattr(self, field.name):
+                object.__setattr__(self, field.name, getattr(safety, field.name))
+
+    @property
+    def safety(self) -> Safety:
+        """Parameters of the constraints."""
+        return Safety(self.safety_distance, self.damper_gain)
+
+    @property
+    def kept_distance(self) -> float | None:
+        """The safety distance, m."""
+        return self.safety_distance
+
+    def least_start(self) -> float:
+        """Return what coal can tell from touching, m: from anything nearer no step can be proven."""
+        return least_distance()
+
+
+def found_by(name: str, motion: Integration) -> str:
+    """Return the name of what found a path, or nothing if a motion does not get there."""
+    return name if motion.status is Status.REACHED else ""
+
+
+def check_whole(name: str, value: object, least: int, most: int) -> None:
+    """Check that an option is a whole number.
+
+    Raises:
+        InvalidInput: If it is not.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not least <= value <= most:
+        raise InvalidInput(name, value, f"a whole number from {least} to {most}")
+
+
+def check_no_turns(scene: Scene) -> None:
+    """Check that no hand has to be turned.
+
+    Raises:
+        InvalidInput: If one has to be.
+    """
+    for number, step in enumerate(scene.steps):
+        for hand, target in step.items():
+            if isinstance(target, Pose) and is_oriented(target):
+                valid = "a point: only auto turns hands, and only among obstacles at rest"
+                field = f"{field_of_step(scene, number)}.{hand}"
+                raise InvalidInput(field, target.model_dump(exclude_none=True), valid)
