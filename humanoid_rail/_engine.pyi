@@ -1,8 +1,8 @@
 """
-The native engine: eq. 4.9 and its integration on Pinocchio and coal, in C++.
+The native engine: velocities, motions and proofs on Pinocchio and coal, in C++.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 import enum
 from typing import Annotated
 
@@ -10,27 +10,17 @@ import numpy
 from numpy.typing import NDArray
 
 
-SINGULAR_VALUE: float = 0.1
-
-MAX_DAMPING: float = 0.07071067811865475
-
-INFLUENCE: float = 0.5
-
-FREE_SPEED: float = 2.0
-
-LIMIT_GAIN: float = 10.0
-
-TASK_WEIGHT: float = 1000.0
-
-LEAST_RATE: float = 1e-06
-
-SHARE: float = 0.1
-
-LEAST_MARGIN: float = 0.001
-
 PINOCCHIO_VERSION: str = '4.1.0'
 
 COAL_VERSION: str = '3.0.3'
+
+CONTACT: float = 1e-06
+
+RESOLUTION: float = 0.001
+
+APART: float = 2e-06
+
+PROGRESS: float = 0.01
 
 class Robot:
     """A robot's model, collision bodies, linear coupling and hands."""
@@ -52,70 +42,132 @@ class Obstacles:
 
     def convex(self, center: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')], rotation: Annotated[NDArray[numpy.float64], dict(shape=(3, 3), order='F')], pieces: Sequence[Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]], velocity: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]) -> None: ...
 
-class Gains:
-    """Parameters of eq. 4.9."""
+class Task:
+    """Something to be reached: an error that is to become 0."""
 
-    def __init__(self, gain: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], c_mu: float, c_kappa: float, epsilon: float) -> None: ...
+class PointTask(Task):
+    """A point of a hand that has to be at a place."""
 
-class Status(enum.Enum):
-    """What became of the targets."""
+    def __init__(self, hand: int, offset: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')], target: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]) -> None: ...
 
-    REACHED = 0
+class DirectionTask(Task):
+    """A hand that has to point in a direction."""
 
-    STALLED = 1
+    def __init__(self, hand: int, pointing: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')], direction: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')], lever: float) -> None: ...
 
-    TIME_LIMIT = 2
+class RelativeTask(Task):
+    """Two hands that have to be in a relation."""
 
-    SINGULAR = 3
+    def __init__(self, first: int, second: int, difference: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]) -> None: ...
 
-    OVERRUN = 4
+class ConfigurationTask(Task):
+    """Joints that have to be at positions."""
 
-    OUT_OF_TIME = 5
+    def __init__(self, joints: Sequence[int], target: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]) -> None: ...
 
-class Settings:
-    """When a motion ends, and how precisely it is integrated."""
+class FunctionTask(Task):
+    """A task that is computed in Python."""
 
-    def __init__(self, *, tolerance: float, dt: float, max_time: float, rtol: float, atol: float, max_evaluations: int, patience: float, progress: float, planning_time: float) -> None: ...
+    def __init__(self, rows: int, function: Callable) -> None: ...
 
-class Integration:
-    """A sampled motion and why it ended."""
+class TaskStack:
+    """Tasks one below the other."""
 
-    @property
-    def status(self) -> Status: ...
-
-    @property
-    def left(self) -> float: ...
-
-    @property
-    def evaluations(self) -> int: ...
+    def __init__(self, tasks: Sequence[Task]) -> None: ...
 
     @property
-    def broken(self) -> str: ...
+    def rows(self) -> int: ...
+
+class State:
+    """Everything that is true of a robot among obstacles at a configuration."""
 
     @property
-    def t(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]: ...
+    def hands(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]: ...
 
     @property
-    def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]: ...
+    def rotations(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]: ...
 
     @property
-    def visited(self) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]]: ...
+    def jacobian(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]: ...
 
-class GradientProjection:
-    """Eq. 4.9 for a robot among obstacles. Not to be shared between threads."""
+    @property
+    def angular_jacobian(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]: ...
+
+    @property
+    def manipulability(self) -> float: ...
+
+    @property
+    def manipulability_gradient(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]: ...
+
+    @property
+    def clearance(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]: ...
+
+    @property
+    def clearance_gradient(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]: ...
+
+    @property
+    def piece_distance(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]: ...
+
+    @property
+    def piece_gradient(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]: ...
+
+    @property
+    def piece_rate(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]: ...
+
+    @property
+    def link_distance(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]: ...
+
+    @property
+    def link_gradient(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]: ...
+
+class Measurement:
+    """The values of a state without its derivatives."""
+
+    @property
+    def hands(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]: ...
+
+    @property
+    def manipulability(self) -> float: ...
+
+    @property
+    def clearance(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]: ...
+
+    @property
+    def link_distance(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]: ...
+
+class Course:
+    """What is true along a motion."""
+
+    @property
+    def hands(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]: ...
+
+    @property
+    def manipulability(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]: ...
+
+    @property
+    def clearance(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]: ...
+
+class Posture:
+    """A configuration that was found, and how good it is."""
+
+    @property
+    def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]: ...
+
+    @property
+    def error(self) -> float: ...
+
+    @property
+    def clearance(self) -> float: ...
+
+    @property
+    def reached(self) -> bool: ...
+
+class InverseKinematics:
+    """Looks for configurations in which tasks are done."""
 
     def __init__(self, robot: Robot, obstacles: Obstacles) -> None: ...
 
-    def along(self, t: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], q: Annotated[NDArray[numpy.float64], dict(shape=(None, None), writable=False)], horizon: float) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]]: ...
-
-    def velocity(self, q: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], t: float, targets: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], gains: Gains) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]: ...
-
-    def integrate(self, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], targets: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], gains: Gains, settings: Settings) -> Integration: ...
-
-class Safety:
-    """Parameters of the constraints of the safe velocity."""
-
-    def __init__(self, *, distance: float, gain: float) -> None: ...
+    def solve(self, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], tasks: TaskStack, distance: float) -> Posture: ...
 
 class Contact:
     """A link that touches an obstacle or another link."""
@@ -154,55 +206,129 @@ class Certificate:
     def contact(self) -> Contact | None: ...
 
 class Certifier:
-    """Looks for contact on motions. Not to be shared between threads."""
+    """Proves motions free of contact, or finds the first contact."""
 
     def __init__(self, robot: Robot, obstacles: Obstacles) -> None: ...
 
     def certify(self, t: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], q: Annotated[NDArray[numpy.float64], dict(shape=(None, None), writable=False)]) -> Certificate: ...
 
-class SafeVelocity:
-    """
-    The velocity closest to eq. 4.9's that keeps clear. Not to be shared between threads.
-    """
-
-    def __init__(self, robot: Robot, obstacles: Obstacles) -> None: ...
-
-    @property
-    def projection(self) -> GradientProjection: ...
-
-    def state(self, q: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], t: float) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')], float, Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], tuple[Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]], tuple[Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]]]: ...
-
-    def measure(self, q: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], t: float, horizon: float) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], float, Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]]: ...
-
-    def velocity(self, q: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], t: float, targets: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], gains: Gains, safety: Safety, dt: float) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]: ...
-
-    def constraints(self) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')], Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]]: ...
-
-    def rollout(self, obstacles: Obstacles, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], targets: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], gains: Gains, safety: Safety, settings: Settings) -> tuple[Integration, Contact | None]: ...
-
-class Validity:
-    """Whether a robot keeps its distance. Not to be shared between threads."""
+class EdgeChecker:
+    """Whether a robot keeps its distance at a configuration or on an edge."""
 
     def __init__(self, robot: Robot, obstacles: Obstacles, distance: float) -> None: ...
 
-    def holds_at(self, q: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)]) -> bool: ...
+    def is_valid(self, q: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)]) -> bool: ...
 
-    def holds_between(self, a: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], b: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)]) -> bool: ...
+    def is_edge_valid(self, a: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], b: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)]) -> bool: ...
 
-class InverseKinematics:
-    """Looks for configurations. Not to be shared between threads."""
+class SweptDistance:
+    """Lower bounds of clearances on the edge between two configurations."""
 
     def __init__(self, robot: Robot, obstacles: Obstacles) -> None: ...
 
-    def solve(self, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], targets: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], weights: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], distance: float) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], float, float]: ...
+    def pairs(self) -> list[tuple[int, int, int]]: ...
 
-def floor_seconds(robot: Robot, obstacles: Obstacles, configurations: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')], repeats: int) -> float:
+    def distance(self, pair: int, t: float, q: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)]) -> tuple[float, Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')], Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]]: ...
+
+    def lower_bound(self, pair: int, t_a: float, a: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], t_b: float, b: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)]) -> float: ...
+
+class MotionBound:
+    """
+    How far the points of links can get while joints move at constant rates.
+    """
+
+    def __init__(self, robot: Robot) -> None: ...
+
+    def displacements(self, change: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], slide: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], origin: int) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]]: ...
+
+def closest_pairs(robot: Robot, obstacles: Obstacles, t: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], q: Annotated[NDArray[numpy.float64], dict(shape=(None, None), writable=False)]) -> tuple[list[tuple[int, int, float, Annotated[NDArray[numpy.float64], dict(shape=(2, 3), order='C')]]], list[tuple[int, int, float, Annotated[NDArray[numpy.float64], dict(shape=(2, 3), order='C')]]]]:
+    """The closest link and obstacle, and the closest links, at each moment."""
+
+class Gains:
+    """Parameters of eq. 4.9."""
+
+    def __init__(self, gain: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], c_mu: float, c_kappa: float, epsilon: float, singular_value: float, objective: Callable | None = None) -> None: ...
+
+class Safety:
+    """Parameters of the constraints of the safe velocity."""
+
+    def __init__(self, *, distance: float, gain: float, horizon: float, target: float, limit_gain: float, task_weight: float, least_rate: float, fastest: float, precision: float, shares: Sequence[float], equality: Callable | None = None) -> None: ...
+
+class Settings:
+    """When a motion ends, and how precisely it is integrated."""
+
+    def __init__(self, *, tolerance: float, dt: float, max_time: float, rtol: float, atol: float, max_evaluations: int, patience: float, progress: float, planning_time: float) -> None: ...
+
+class Status(enum.Enum):
+    """What became of the tasks."""
+
+    REACHED = 0
+
+    STALLED = 1
+
+    TIME_LIMIT = 2
+
+    SINGULAR = 3
+
+    OVERRUN = 4
+
+    OUT_OF_TIME = 5
+
+class Integration:
+    """A sampled motion and why it ended."""
+
+    @property
+    def status(self) -> Status: ...
+
+    @property
+    def left(self) -> float: ...
+
+    @property
+    def evaluations(self) -> int: ...
+
+    @property
+    def broken(self) -> str: ...
+
+    @property
+    def t(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]: ...
+
+    @property
+    def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]: ...
+
+    @property
+    def visited(self) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]]: ...
+
+class SafeVelocity:
+    """A robot among obstacles: what is true of it, and how it moves."""
+
+    def __init__(self, robot: Robot, obstacles: Obstacles) -> None: ...
+
+    def state(self, q: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], t: float) -> State: ...
+
+    def measure(self, q: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], t: float, horizon: float) -> Measurement: ...
+
+    def along(self, t: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], q: Annotated[NDArray[numpy.float64], dict(shape=(None, None), writable=False)], horizon: float) -> Course: ...
+
+    def projection_velocity(self, q: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], t: float, tasks: TaskStack, gains: Gains) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """q_dot of eq. 4.9."""
+
+    def velocity(self, q: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], t: float, tasks: TaskStack, gains: Gains, safety: Safety, dt: float) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """q_dot of the quadratic program."""
+
+    def constraints(self) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')], Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]]:
+        """The rows and sides of the last velocity's program."""
+
+    def integrate(self, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], tasks: TaskStack, gains: Gains, settings: Settings) -> Integration: ...
+
+    def rollout(self, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], tasks: TaskStack, gains: Gains, safety: Safety, settings: Settings) -> tuple[Integration, Contact | None]: ...
+
+def library_call_seconds(robot: Robot, obstacles: Obstacles, configurations: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')], repeats: int) -> float:
     """
     Seconds of the bare Pinocchio and coal calls that one evaluation of eq. 4.9 is made of.
     """
 
-def velocity_seconds(method: GradientProjection, configurations: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')], targets: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], gains: Gains, repeats: int) -> float:
+def velocity_seconds(kinematics: SafeVelocity, configurations: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')], tasks: TaskStack, gains: Gains, repeats: int) -> float:
     """Seconds of one evaluation of eq. 4.9, called from C++."""
 
-def safe_velocity_seconds(method: SafeVelocity, configurations: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')], targets: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], gains: Gains, safety: Safety, dt: float, repeats: int) -> float:
+def safe_velocity_seconds(kinematics: SafeVelocity, configurations: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')], tasks: TaskStack, gains: Gains, safety: Safety, dt: float, repeats: int) -> float:
     """Seconds of one safe velocity, called from C++."""

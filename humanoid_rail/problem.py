@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from humanoid_rail._arrays import Array, FrozenArrays, frozen
 from humanoid_rail.errors import InvalidInput, check_kind
+from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.native_tasks import check_tasks
 from humanoid_rail.kinematics.task import Task
 from humanoid_rail.model.robot import Robot
@@ -52,6 +55,15 @@ class Problem(FrozenArrays):
             valid = f"a position within the limits {robot.lower[i]:.6g} to {robot.upper[i]:.6g}"
             raise InvalidInput(f"start[{i}] ({robot.joint_names[i]})", float(start[i]), valid)
         object.__setattr__(self, "start", start)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what is pickled: all but what the native engine has made of it."""
+        return {name: value for name, value in vars(self).items() if name != "native"}
+
+    @cached_property
+    def native(self) -> NativeKinematics:
+        """The robot among the obstacles, in the native engine."""
+        return NativeKinematics(self.robot, self.obstacles)
 
     @property
     def obstacles(self) -> tuple[Obstacle, ...]:

@@ -14,6 +14,8 @@ namespace {
 // How far to look for the nearest obstacle, first and, before everything, last, m.
 constexpr double FIRST_REACH = 0.25;
 constexpr double LAST_REACH = 1e3;
+// The nearest obstacle is looked for within this many times the distance that it had before.
+constexpr double MARGIN = 1.1;
 
 }  // namespace
 
@@ -82,7 +84,8 @@ void ObstacleClearances::within(double horizon, const Kinematics& kinematics, Ne
 void ObstacleClearances::within_or_nearest(double horizon, const Kinematics& kinematics, NearObstacles& found) {
   within(horizon, kinematics, found);
   if (pieces().empty() || !found.obstacles.empty()) return;
-  double reach = std::max(horizon, FIRST_REACH);
+  // Where it was nearest before is a good guess.
+  double reach = std::max({2.0 * horizon, FIRST_REACH, MARGIN * shortest_before_});
   for (within(reach, kinematics, found); found.obstacles.empty(); within(reach, kinematics, found)) {
     if (std::isinf(reach)) throw std::runtime_error("a distance that is not a number");
     reach = reach < LAST_REACH ? 2.0 * reach : INFINITE;
@@ -90,6 +93,7 @@ void ObstacleClearances::within_or_nearest(double horizon, const Kinematics& kin
   const auto shorter = [](const Nearest& a, const Nearest& b) { return a.distance < b.distance; };
   const auto& near = found.obstacles;
   const double shortest = std::min_element(near.begin(), near.end(), shorter)->distance;
+  shortest_before_ = shortest;
   const auto longer = [&](const Nearest& pair) { return pair.distance > shortest; };
   for (auto* pairs : {&found.obstacles, &found.pieces}) {
     pairs->erase(std::remove_if(pairs->begin(), pairs->end(), longer), pairs->end());

@@ -57,6 +57,7 @@ class ObstacleClearances {
   std::shared_ptr<const Robot> robot_;
   Obstacles obstacles_;
   double t_ = 0.0;
+  double shortest_before_ = 0.0;  // What within_or_nearest found last beyond its horizon, m.
   std::vector<Body> bodies_;
   std::vector<std::pair<Body*, coal::CollisionObject*>> moving_;
   std::vector<coal::CollisionObject> links_;

@@ -13,11 +13,9 @@ from humanoid_rail.errors import InvalidInput
 COMMANDS = {
     "plan": "Plan a motion of both hands to their targets.",
     "play": "Play back a plan in the browser.",
-    "verify": "Prove a plan free of contact, afresh.",
+    "verify": "Prove a plan free of contact again.",
     "export": "Write a plan for other tools: CSV, NumPy, ROS 2, MuJoCo.",
     "urdf": "Print the URDF of the robot, or its SRDF.",
-    "evaluate": "Compare methods on the scenes of a folder.",
-    "benchmark": "Measure how fast the engines are.",
 }
 """What each command does, by its name and in the order of the help."""
 
@@ -50,7 +48,7 @@ class _Commands(click.Group):
 def commands(ctx: click.Context) -> None:
     """Motion planning for a two-armed robot on a rail, which reaches with both hands and touches nothing.
 
-    Begin with `humanoid-rail plan --case 3 --out out/case3`, and go on with `humanoid-rail play out/case3`.
+    Begin with `humanoid-rail plan scenes/picks.yaml --retime --out out/picks`, then `humanoid-rail play out/picks`.
     """
     if ctx.invoked_subcommand is None:
         click.echo(ctx.get_help())

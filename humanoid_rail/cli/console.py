@@ -1,29 +1,38 @@
-"""What commands and scripts share: how they help, print and fail."""
+"""What commands and scripts share: how they show help, print and fail."""
 
 from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from collections.abc import Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.table import Table
 
 from humanoid_rail.errors import HumanoidRailError, InvalidInput
 
-# Names of scenes and folders are printed as they are, whatever brackets or colons they hold.
-console = Console(highlight=False, markup=False, emoji=False)
+if TYPE_CHECKING:
+    from rich.console import Console
 
 INDENT = 2
-"""Of what an example does, in characters."""
+"""What an example does is indented by this, in characters."""
 BAD_INPUT = 2
-"""Exit code after bad input."""
+"""This is the exit code after bad input."""
+INTERRUPTED = 130
+"""This is the exit code after Ctrl-C."""
+
+
+@cache
+def console() -> Console:
+    """Return where commands print to."""
+    # Imported here: the help needs nothing of it.
+    from rich.console import Console
+
+    # Names of scenes and folders are printed as they are, whatever brackets or colons they hold.
+    return Console(highlight=False, markup=False, emoji=False)
 
 
 class Command(click.Command):
@@ -77,32 +86,8 @@ def run(command: click.Command, arguments: Sequence[str] | None = None) -> None:
         code = BAD_INPUT
     except (click.Abort, KeyboardInterrupt):
         click.echo("interrupted", err=True)
-        code = 130
+        code = INTERRUPTED
     sys.exit(code if isinstance(code, int) else 0)
-
-
-def progress(what: str) -> AbstractContextManager[object]:
-    """Show that something is going on, on stderr if that is a terminal."""
-    return Console(stderr=True).status(f"{what} ...") if sys.stderr.isatty() else nullcontext()
-
-
-@contextmanager
-def progress_bar(what: str, total: int, shown: bool | None = None) -> Iterator[Callable[[int], None]]:
-    """Show on stderr how much of something is done.
-
-    Args:
-        what: What is going on.
-        total: How much there is to do.
-        shown: Whether to show it; by default if stderr is a terminal.
-
-    Yields:
-        A function to be told how much more is done.
-    """
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    hidden = not (sys.stderr.isatty() if shown is None else shown)
-    with Progress(*columns, console=Console(stderr=True), disable=hidden) as bar:
-        task = bar.add_task(what, total=total)
-        yield lambda more: bar.advance(task, more)
 
 
 def print_table(
@@ -113,10 +98,12 @@ def print_table(
     Raises:
         InvalidInput: If the file does not have the marks.
     """
+    from rich.table import Table
+
     table = Table(*columns, title=title, title_justify="left")
     for row in rows:
         table.add_row(*row)
-    console.print(table)
+    console().print(table)
     if readme is not None:
         lines = [columns, ["---"] * len(columns), *rows]
         markdown = "\n".join(f"| {' | '.join(line)} |" for line in lines)

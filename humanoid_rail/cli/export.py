@@ -20,7 +20,7 @@ class _Export(Command):
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Formats"):
-            formatter.write_dl(list(FORMATS.items()))
+            formatter.write_dl([(name, format.description) for name, format in FORMATS.items()])
 
 
 @click.command(
@@ -43,12 +43,12 @@ def command(folder: str, scene_file: str | None, robot_file: str | None, format:
     plan = read_plan(folder, scene_file, robot_file)
     written = export(plan.trajectory, plan.robot, plan.scene, format, out, passive=passive)
     for fault in _faults(plan):
-        console.print(f"Mind: {fault}", soft_wrap=True)
-    console.print(f"Written: {', '.join(map(str, written))}", soft_wrap=True)
+        console().print(f"Warning: {fault}", soft_wrap=True)
+    console().print(f"Written: {', '.join(map(str, written))}", soft_wrap=True)
 
 
 def _faults(plan: Plan) -> Iterator[str]:
-    """Say why a robot had better not run a motion."""
+    """Say why a robot should not run a motion."""
     trajectory = plan.trajectory
     certificate = verify(plan.robot, plan.scene, trajectory)
     if not certificate.certified:
@@ -59,4 +59,4 @@ def _faults(plan: Plan) -> Iterator[str]:
     if trajectory.status is not Status.REACHED:
         yield f"{trajectory.status}, {trajectory.reason}."
     if trajectory.timing is None:
-        yield "the motion starts at full speed, which no drive can follow; plan with --timing fastest."
+        yield "the motion starts at full speed, which no drive can follow; plan with --retime."

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 GROUP = {"Instead of what is in FOLDER": ("scene_file", "robot_file")}
-"""The options, by the heading of their group."""
+"""The options have this heading as a group."""
 
 
 def reads_a_plan(function: Callable[..., Any]) -> Callable[..., Any]:

@@ -32,5 +32,5 @@ def play_back(plan: Plan) -> None:
         plan.scene,
         plan.trajectory,
         open_browser=has_display(),
-        on_ready=lambda url: console.print(f"Playing at {url} until Ctrl-C.", soft_wrap=True),
+        on_ready=lambda url: console().print(f"Playing at {url} until Ctrl-C.", soft_wrap=True),
     )

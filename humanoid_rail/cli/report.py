@@ -1,58 +1,74 @@
-"""What commands say of a plan."""
+"""What commands print of a plan."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-
-from rich.table import Table
+from collections.abc import Iterable, Iterator
 
 from humanoid_rail.cli.console import console
 from humanoid_rail.collision.certificate import Certificate
-from humanoid_rail.search.effort import PathQuality
+from humanoid_rail.kinematics.path_metric import PathQuality
 from humanoid_rail.trajectory import Trajectory
 
 
 def report_plan(title: str, trajectory: Trajectory) -> None:
     """Print a short table of what came of a plan."""
-    table = Table(title=title, title_justify="left", show_header=False)
-    table.add_row("status", f"{trajectory.status}: {trajectory.reason}")
-    table.add_row("duration", f"{trajectory.duration:.4f} s")
-    for name, text in _timing(trajectory):
-        table.add_row(name, text)
     certificate = trajectory.certificate
-    table.add_row("method", trajectory.method + _found_by(trajectory))
-    table.add_row("certified", _certified(certificate, trajectory.duration))
-    table.add_row("collision-free", f"{_yes(trajectory.collision_free)}, at the samples")
-    table.add_row("least clearance", _clearance(certificate.min_clearance_obstacles, "no obstacles"))
-    table.add_row("between links", _clearance(certificate.min_clearance_self, "no pairs to check"))
-    for i, violation in enumerate(trajectory.violations):
-        what = f"{violation.joint} {violation.quantity} {violation.value:.3g}, limit {violation.limit:.3g}"
-        table.add_row("" if i else "beyond limits", f"{what}, at {violation.t:.2f} s")
-    if trajectory.limits_ok:
-        table.add_row("within limits", "yes")
-    table.add_row("manipulability", f"{trajectory.manipulability[0]:.3f} to {trajectory.manipulability[-1]:.3f}")
-    table.add_row("path", _path(trajectory))
-    table.add_row(
-        "planning",
-        f"{1e3 * trajectory.planning_time:.1f} ms ({trajectory.engine}), {trajectory.evaluations} evaluations of q_dot",
-    )
-    console.print(table)
+    rows = [
+        ("status", f"{trajectory.status}: {trajectory.reason}"),
+        ("certified", _certified(certificate, trajectory.duration)),
+        *_limits(trajectory),
+        ("duration", f"{trajectory.duration:.4f} s"),
+        *_timing(trajectory),
+        ("method", trajectory.method.name + _found_by(trajectory)),
+        *_clearances(certificate),
+        ("manipulability", f"{trajectory.manipulability[0]:.3f} to {trajectory.manipulability[-1]:.3f}"),
+        ("path", _path(trajectory)),
+        (
+            "planning",
+            f"{1e3 * trajectory.planning_time:.1f} ms ({trajectory.engine}), "
+            f"{trajectory.evaluations} evaluations of q_dot",
+        ),
+    ]
+    _print(title, rows)
 
 
 def report_certificate(title: str, certificate: Certificate, duration: float) -> None:
     """Print a short table of what is proven of a motion that takes a duration in s."""
+    _print(title, [("certified", _certified(certificate, duration)), *_clearances(certificate)])
+
+
+def _print(title: str, rows: Iterable[tuple[str, str]]) -> None:
+    # Imported here: the help of the commands needs nothing of it.
+    from rich.table import Table
+
     table = Table(title=title, title_justify="left", show_header=False)
-    table.add_row("certified", _certified(certificate, duration))
-    table.add_row("least clearance", _clearance(certificate.min_clearance_obstacles, "no obstacles"))
-    table.add_row("between links", _clearance(certificate.min_clearance_self, "no pairs to check"))
-    console.print(table)
+    for name, text in rows:
+        table.add_row(name, text)
+    console().print(table)
+
+
+def _limits(trajectory: Trajectory) -> Iterator[tuple[str, str]]:
+    """Say whether the joint limits are kept."""
+    if trajectory.limits_ok:
+        what = "of position and velocity" if trajectory.timing is None else "of position, velocity and acceleration"
+        yield "limits", f"kept, {what}"
+    for i, violation in enumerate(trajectory.violations):
+        what = f"{violation.joint} {violation.quantity} {violation.value:.3g}, limit {violation.limit:.3g}"
+        yield "" if i else "beyond limits", f"{what}, at {violation.t:.2f} s"
+
+
+def _clearances(certificate: Certificate | None) -> Iterator[tuple[str, str]]:
+    """Say how near things come."""
+    if certificate is not None:
+        yield "least clearance", _clearance(certificate.min_clearance_obstacles, "no obstacles")
+        yield "between links", _clearance(certificate.min_clearance_self, "no pairs to check")
 
 
 def _timing(trajectory: Trajectory) -> Iterator[tuple[str, str]]:
     """Say how fast a motion is, and how near that comes to the limits."""
     if trajectory.timing is None:
-        yield "timing", "as planned: it starts at full speed, which no drive can follow"
+        yield "timing", "the method's own; retime it before a drive runs it (--retime)"
         return
     yield "timing", "retimed: within limits of velocity and acceleration, at rest at both ends"
     for quantity, units in (("velocity", "m/s, rad/s"), ("acceleration", "m/s^2, rad/s^2"), ("jerk", "m/s^3, rad/s^3")):
@@ -70,7 +86,9 @@ def why_not_certified(certificate: Certificate) -> str:
     return str(certificate.contact or "it could not be shown to be free of contact")
 
 
-def _certified(certificate: Certificate, end: float) -> str:
+def _certified(certificate: Certificate | None, end: float) -> str:
+    if certificate is None:
+        return "not looked at: the native engine is not installed"
     if not certificate.certified:
         return f"NO: {why_not_certified(certificate)}"
     bound = certificate.clearance_bound
@@ -79,7 +97,7 @@ def _certified(certificate: Certificate, end: float) -> str:
 
 
 def _found_by(trajectory: Trajectory) -> str:
-    return f": found by {trajectory.found_by}" if trajectory.method == "auto" and trajectory.found_by else ""
+    return f": found by {trajectory.found_by}" if trajectory.method.name == "auto" and trajectory.found_by else ""
 
 
 def _path(trajectory: Trajectory) -> str:
@@ -95,7 +113,3 @@ def _degrees(path: PathQuality) -> str:
 
 def _clearance(clearance: float | None, nothing: str) -> str:
     return nothing if clearance is None else f"{clearance:.4f} m"
-
-
-def _yes(truth: bool) -> str:
-    return "yes" if truth else "NO"

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import click
 
-from humanoid_rail.cli.console import Command, progress
+from humanoid_rail.cli.console import Command
 from humanoid_rail.cli.plan_folder_options import GROUP, reads_a_plan
 from humanoid_rail.cli.report import report_certificate
 from humanoid_rail.io.plan_folder import read_plan
-from humanoid_rail.planning.engines import ENGINES
 from humanoid_rail.planning.verification import verify
+from humanoid_rail.progress import progress
 
 
 @click.command(
@@ -21,18 +21,17 @@ from humanoid_rail.planning.verification import verify
     groups=GROUP,
 )
 @reads_a_plan
-@click.option("--engine", default="native", help=f"One of {', '.join(ENGINES)}.", show_default=True)
-def command(folder: str, scene_file: str | None, robot_file: str | None, engine: str) -> int:
-    """Prove afresh that the plan in FOLDER, as `plan --out` wrote it, touches nothing, or find the first contact.
+def command(folder: str, scene_file: str | None, robot_file: str | None) -> int:
+    """Prove again that the plan in FOLDER, as `plan --out` wrote it, touches nothing, or find the first contact.
 
-    Only its times and configurations are believed, and its velocities if it was retimed. The proof is of all times,
-    between the samples too; it is neither about limits nor about whether the targets are reached. docs/safety.md says
-    what it means.
+    Only its times and configurations are believed, and its velocities if it was retimed. The proof covers all times,
+    including between samples; it says nothing about joint limits or whether the targets are reached. docs/safety.md
+    says what it means.
 
     Exit code: 0 if it is certified, 1 if not, 2 after bad input.
     """
     plan = read_plan(folder, scene_file, robot_file)
     with progress("proving"):
-        certificate = verify(plan.robot, plan.scene, plan.trajectory, engine=engine)
+        certificate = verify(plan.robot, plan.scene, plan.trajectory)
     report_certificate(plan.scene.name, certificate, plan.trajectory.duration)
     return 0 if certificate.certified else 1

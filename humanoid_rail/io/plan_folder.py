@@ -9,7 +9,8 @@ from pathlib import Path
 
 from humanoid_rail.errors import InvalidInput
 from humanoid_rail.io.trajectory_files import read_trajectory, write_trajectory
-from humanoid_rail.model.robot import Robot, paper_robot
+from humanoid_rail.model.library import paper_robot
+from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.scene import Scene, check_scene, load_scene, make_scene
 from humanoid_rail.trajectory import Trajectory
 

@@ -1,15 +1,11 @@
-"""Reading and writing trajectories; writing files that appear when they are whole."""
+"""Reading and writing trajectories."""
 
 from __future__ import annotations
 
-import csv
 import json
-import os
 import zlib
 from collections.abc import Mapping
-from io import BytesIO, StringIO
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from types import MappingProxyType
 from typing import Any
 from zipfile import BadZipFile
@@ -19,10 +15,13 @@ import numpy as np
 from humanoid_rail._arrays import frozen
 from humanoid_rail.collision.certificate import Certificate, Contact
 from humanoid_rail.errors import InvalidInput
+from humanoid_rail.io.files import write_files
+from humanoid_rail.io.tables import csv_bytes, npz_bytes
 from humanoid_rail.kinematics.joint_limits import Violation
-from humanoid_rail.search.effort import PathQuality, Search
-from humanoid_rail.timing import Peak, Timing
-from humanoid_rail.result import Status
+from humanoid_rail.kinematics.path_metric import PathQuality
+from humanoid_rail.planning.methods import METHODS
+from humanoid_rail.planning.options import FUNCTIONS, PlanningMethod
+from humanoid_rail.result import Motion, Peak, Provenance, Samples, Search, Status, Timing, Verdict
 from humanoid_rail.trajectory import Trajectory
 
 DAMAGED = (BadZipFile, RuntimeError, zlib.error)
@@ -60,54 +59,11 @@ def write_trajectory(
     )
 
 
-def write_files(folder: str | Path, files: Mapping[str, bytes]) -> tuple[Path, ...]:
-    """Write files to a folder, which is made if need be. Every file is written before the first appears.
-
-    Args:
-        folder: Where to.
-        files: What is in the files, by name; files of these names are replaced.
-
-    Returns:
-        The files written.
-
-    Raises:
-        InvalidInput: If the folder cannot be written to.
-    """
-    check_folder(folder)
-    folder = Path(folder)
-    made = not folder.exists()
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        # Replaced when all of them are written.
-        with TemporaryDirectory(prefix=".unfinished-", dir=folder) as unfinished:
-            for name, content in files.items():
-                (Path(unfinished) / name).write_bytes(content)
-            for name in files:
-                (Path(unfinished) / name).replace(folder / name)
-    except OSError as error:
-        if made and folder.is_dir() and not any(folder.iterdir()):
-            folder.rmdir()
-        raise InvalidInput("out", str(folder), f"a folder that can be written to ({error})") from error
-    return tuple(folder / name for name in files)
-
-
-def check_folder(folder: str | Path) -> None:
-    """Check, without making it, that a folder can be written to or made.
-
-    Raises:
-        InvalidInput: If it cannot.
-    """
-    path = Path(folder)
-    try:
-        above = next(p for p in (path, *path.resolve().parents) if p.exists())
-    except OSError as error:
-        raise InvalidInput("out", str(folder), f"a folder that can be written to ({error})") from error
-    if not str(folder) or not above.is_dir() or not os.access(above, os.W_OK | os.X_OK):
-        raise InvalidInput("out", str(folder), f"a folder that can be written to; {above} is none")
-
-
 def read_trajectory(folder: str | Path) -> Trajectory:
     """Return the trajectory that :func:`write_trajectory` wrote to a folder.
+
+    Functions among the options of its method, objectives and equalities, are not in the files: the method of the
+    trajectory has none.
 
     Raises:
         InvalidInput: If the folder does not hold one.
@@ -117,29 +73,7 @@ def read_trajectory(folder: str | Path) -> Trajectory:
         summary = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
         with np.load(folder / "trajectory.npz") as arrays:
             trajectory = Trajectory(
-                t=frozen(arrays["t"]),
-                q=frozen(arrays["q"]),
-                hands=frozen(np.stack([arrays[name] for name in summary["hand_names"]], axis=1)),
-                clearance=frozen(arrays["clearance"]),
-                manipulability=frozen(arrays["manipulability"]),
-                status=Status(summary["status"]),
-                reason=summary["reason"],
-                violations=tuple(Violation(**violation) for violation in summary["violations"]),
-                certificate=_certificate(summary),
-                timing=_timing(summary["peaks"], arrays),
-                arrivals=tuple(summary["arrivals"]),
-                planning_time=summary["planning_time"],
-                certification_time=summary["certification_time"],
-                evaluations=summary["evaluations"],
-                found_by=summary["found_by"],
-                path=PathQuality(**summary["path"]),
-                search=_search(summary["search"]),
-                joint_names=tuple(summary["joint_names"]),
-                hand_names=tuple(summary["hand_names"]),
-                scene=summary["scene"],
-                method=summary["method"],
-                engine=summary["engine"],
-                settings=summary["settings"],
+                _motion(summary, arrays), _samples(summary, arrays), _verdict(summary), _provenance(summary)
             )
         _check_shapes(trajectory)
     except (OSError, EOFError, LookupError, TypeError, ValueError, AttributeError, *DAMAGED) as error:
@@ -147,6 +81,81 @@ def read_trajectory(folder: str | Path) -> Trajectory:
         valid = f"a folder with trajectory.npz and summary.json, as write_trajectory writes them ({why})"
         raise InvalidInput("trajectory", str(folder), valid) from error
     return trajectory
+
+
+def _motion(summary: Mapping[str, Any], arrays: Mapping[str, Any]) -> Motion:
+    timing = None
+    if summary["peaks"] is not None:
+        # JSON knows no infinity.
+        peaks = [{name: np.inf if v is None else v for name, v in peak.items()} for peak in summary["peaks"]]
+        derivatives = frozen(arrays["velocity"]), frozen(arrays["acceleration"])
+        timing = Timing(*derivatives, tuple(Peak(**peak) for peak in peaks))
+    return Motion(frozen(arrays["t"]), frozen(arrays["q"]), tuple(summary["joint_names"]), timing)
+
+
+def _samples(summary: Mapping[str, Any], arrays: Mapping[str, Any]) -> Samples:
+    return Samples(
+        hands=frozen(np.stack([arrays[name] for name in summary["hand_names"]], axis=1)),
+        hand_names=tuple(summary["hand_names"]),
+        clearance=frozen(arrays["clearance"]),
+        manipulability=frozen(arrays["manipulability"]),
+    )
+
+
+def _verdict(summary: Mapping[str, Any]) -> Verdict:
+    return Verdict(
+        status=Status(summary["status"]),
+        reason=summary["reason"],
+        certificate=_certificate(summary["certificate"]),
+        violations=tuple(Violation(**violation) for violation in summary["violations"]),
+        arrivals=tuple(summary["arrivals"]),
+    )
+
+
+def _certificate(certificate: Mapping[str, Any] | None) -> Certificate | None:
+    if certificate is None:
+        return None
+    contact = certificate["contact"]
+    if contact is not None:
+        contact = Contact(**{**contact, "point": tuple(contact["point"])})
+    return Certificate(**{**certificate, "contact": contact})
+
+
+def _provenance(summary: Mapping[str, Any]) -> Provenance:
+    return Provenance(
+        scene=summary["scene"],
+        method=_method(summary["method"]),
+        engine=summary["engine"],
+        found_by=summary["found_by"],
+        path=PathQuality(**summary["path"]),
+        search=_search(summary["search"]),
+        evaluations=summary["evaluations"],
+        planning_time=summary["planning_time"],
+        certification_time=summary["certification_time"],
+        retiming=summary["retiming"],
+    )
+
+
+def _method(method: Mapping[str, Any]) -> PlanningMethod:
+    """Return a method from its name and its options.
+
+    Raises:
+        ValueError: If there is no method of that name, or an option is not valid.
+        TypeError: If it does not have one of the options.
+    """
+    if method["name"] not in METHODS:
+        raise ValueError(f"the method is {method['name']!r}, not one of {', '.join(METHODS)}")
+    options: dict[str, Any] = {name: value for name, value in method.items() if name not in ("name", *FUNCTIONS)}
+    # JSON knows no infinity, which is written as null.
+    finite: dict[str, Any] = {name: np.inf if value is None else value for name, value in options.items()}
+    return METHODS[method["name"]](**finite)
+
+
+def _search(search: Mapping[str, Any] | None) -> Search | None:
+    if search is None:
+        return None
+    raw = search["raw"]
+    return Search(**{**search, "raw": None if raw is None else PathQuality(**raw)})
 
 
 def _check_shapes(trajectory: Trajectory) -> None:
@@ -166,55 +175,3 @@ def _check_shapes(trajectory: Trajectory) -> None:
             raise ValueError(f"{name} is of shape {found[name].shape}, not {shape} with 1 or more samples")
     if trajectory.clearance.ndim != 2 or len(trajectory.clearance) != N:
         raise ValueError(f"clearance is of shape {trajectory.clearance.shape}, not ({N}, obstacles)")
-
-
-def _certificate(summary: Mapping[str, Any]) -> Certificate:
-    contact = summary["contact"]
-    if contact is not None:
-        contact = Contact(**{**contact, "point": tuple(contact["point"])})
-    numbers = {name: summary[name] for name in ("min_clearance_obstacles", "min_clearance_self", "clearance_bound")}
-    return Certificate(certified=summary["certified"], contact=contact, **numbers)
-
-
-def _timing(peaks: list[dict[str, Any]] | None, arrays: Mapping[str, Any]) -> Timing | None:
-    if peaks is None:
-        return None
-    found: list[dict[str, Any]] = [{k: np.inf if v is None else v for k, v in peak.items()} for peak in peaks]
-    return Timing(frozen(arrays["velocity"]), frozen(arrays["acceleration"]), tuple(Peak(**peak) for peak in found))
-
-
-def _search(summary: Mapping[str, Any] | None) -> Search | None:
-    if summary is None:
-        return None
-    raw = summary["raw"]
-    return Search(**{**summary, "raw": None if raw is None else PathQuality(**raw)})
-
-
-def npz_bytes(trajectory: Trajectory) -> bytes:
-    """Return what `trajectory.npz` holds."""
-    buffer = BytesIO()
-    arrays: dict[str, Any] = {
-        "t": trajectory.t,
-        "q": trajectory.q,
-        **{name: trajectory.hands[:, i] for i, name in enumerate(trajectory.hand_names)},
-        "clearance": trajectory.clearance,
-        "manipulability": trajectory.manipulability,
-    }
-    if trajectory.timing is not None:
-        arrays |= {"velocity": trajectory.timing.velocity, "acceleration": trajectory.timing.acceleration}
-    np.savez_compressed(buffer, **arrays)
-    return buffer.getvalue()
-
-
-def csv_bytes(trajectory: Trajectory) -> bytes:
-    """Return what `trajectory.csv` holds: times, joints, hands, and velocities of the joints if it was retimed."""
-    text = StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    header = ["t", *trajectory.joint_names, *(f"{hand}_{axis}" for hand in trajectory.hand_names for axis in "xyz")]
-    columns = [trajectory.t, trajectory.q, trajectory.hands.reshape(len(trajectory.t), -1)]
-    if trajectory.timing is not None:
-        header += [f"{joint}_velocity" for joint in trajectory.joint_names]
-        columns.append(trajectory.timing.velocity)
-    writer.writerow(header)
-    writer.writerows(np.column_stack(columns).tolist())
-    return text.getvalue().encode()

@@ -17,6 +17,8 @@ from humanoid_rail.model.robot import Robot
 if TYPE_CHECKING:
     from humanoid_rail import _engine
 
+TASK_INTERFACE = ("rows", "error", "jacobian", "drift")
+"""Whatever has these is a task."""
 StateAt = Callable[[Array, float], State]
 """Returns the state at a configuration (n,) and a time in s, for tasks and objectives that are written in Python."""
 
@@ -46,8 +48,8 @@ def check_tasks(tasks: Sequence[Task]) -> None:
     if not isinstance(tasks, Sequence) or not tasks:
         raise InvalidInput("tasks", tasks, "a sequence of one task or more")
     for i, task in enumerate(tasks):
-        if not isinstance(task, Task):
-            raise InvalidInput(f"tasks[{i}]", task, "a task, with rows, error, jacobian and drift")
+        if not all(hasattr(task, name) for name in TASK_INTERFACE):
+            raise InvalidInput(f"tasks[{i}]", task, f"a task, with {', '.join(TASK_INTERFACE)}")
 
 
 def _native(robot: Robot, task: Task, state_at: StateAt) -> _engine.Task:

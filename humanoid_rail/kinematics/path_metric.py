@@ -29,8 +29,7 @@ class PathQuality:
 
 def speed_units(robot: Robot) -> Array:
     """Return the unit of each joint coordinate (n,): its speed limit, or 1 where it has none."""
-    limit = robot.velocity_limit
-    return np.where(np.isfinite(limit) & (limit > 0), limit, 1.0)
+    return robot.speed_units
 
 
 def path_length(robot: Robot, path: Array) -> float:

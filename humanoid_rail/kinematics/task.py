@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Protocol
 
 import numpy as np
 import pinocchio as pin
@@ -27,7 +27,6 @@ LEVER = 0.3
 orientation is right to 3e-7 rad."""
 
 
-@runtime_checkable
 class Task(Protocol):
     """Something to be reached: the error of a state, which is to become 0."""
 

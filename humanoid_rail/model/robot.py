@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import combinations
 from xml.etree import ElementTree
 
@@ -80,6 +81,12 @@ class Robot(FrozenArrays):
     def link_names(self) -> tuple[str, ...]:
         """Names of the URDF links that have a collision body."""
         return tuple(self.model.frames[body.parentFrame].name for body in self.collision_model.geometryObjects)
+
+    @cached_property
+    def speed_units(self) -> Array:
+        """The unit of each joint coordinate in lengths of paths (n,): its speed limit, or 1 where it has none."""
+        limit = self.velocity_limit
+        return frozen(np.where(np.isfinite(limit) & (limit > 0), limit, 1.0))
 
     @property
     def hand_names(self) -> tuple[str, ...]:

@@ -69,8 +69,7 @@ class GradientProjection(Options):
 
     def kinematics(self, problem: Problem) -> KinematicsModel:
         """Return the robot among the obstacles of a problem, in the engine that was asked for."""
-        kind = Kinematics if self.engine == "python" else NativeKinematics
-        return kind(problem.robot, problem.obstacles)
+        return Kinematics(problem.robot, problem.obstacles) if self.engine == "python" else problem.native
 
     def plan(self, problem: Problem, number: int = 0, spent: float = 0.0, moved: float = 0.0) -> Planned:
         """Integrate eq. 4.9; see :meth:`PlanningMethod.plan`."""
@@ -106,8 +105,7 @@ class SafeVelocity(SafeOptions):
 
     def plan(self, problem: Problem, number: int = 0, spent: float = 0.0, moved: float = 0.0) -> Planned:
         """Follow the safe velocity; see :meth:`PlanningMethod.plan`."""
-        kinematics = NativeKinematics(problem.robot, problem.obstacles)
-        motion = rollout(kinematics, problem.q, problem.tasks, self.gains, self.safety, self._settings(moved))
+        motion = rollout(problem.native, problem.q, problem.tasks, self.gains, self.safety, self._settings(moved))
         return Planned(motion, found_by(self.name, motion))
 
 
@@ -124,7 +122,7 @@ class Auto(SafeOptions):
 
     name: ClassVar[str] = "auto"
 
-    max_edge_checks: int = 200_000
+    max_edge_checks: int = 150_000
     """The most edges that each segment's search may check. What is found depends on this number, never on time."""
     max_planning_time: float = np.inf
     """Planning is cut off after this time, s; then the status is `planning_timeout`."""
@@ -151,22 +149,21 @@ class Auto(SafeOptions):
     def plan(self, problem: Problem, number: int = 0, spent: float = 0.0, moved: float = 0.0) -> Planned:
         """Look for a path and follow it; see :meth:`PlanningMethod.plan`."""
         started, left = time.perf_counter(), max(self.max_planning_time - spent, 0.0)
-        kinematics = NativeKinematics(problem.robot, problem.obstacles)
         settings = self._settings(moved, max_planning_time=left)
         tasks = followed(problem.tasks)
         if not at_rest(problem.obstacles):
-            motion = rollout(kinematics, problem.q, tasks, self.gains, self.safety, settings)
+            motion = rollout(problem.native, problem.q, tasks, self.gains, self.safety, settings)
             return Planned(motion, found_by(SafeVelocity.name, motion))
         random = np.random.default_rng(self.seed if number == 0 else (self.seed, number))
         budget = Budget(self.max_edge_checks, random)
-        found = find_path(problem, kinematics, self.gains, self.safety, settings, budget)
+        found = find_path(problem, self.gains, self.safety, settings, budget)
         raw = None if found.raw is None else path_quality(problem.robot, found.raw)
         search = Search(self.seed, found.goals, found.searches, found.checks, raw)
         if found.path is not None:
             return Planned(follow(problem, found, settings), found.found_by, search)
         # What is left of the time, which is little where that is why there is no path.
         rest = replace(settings, max_planning_time=max(left - (time.perf_counter() - started), 0.0))
-        motion = as_far_as_qp(found, rollout(kinematics, problem.q, tasks, self.gains, self.safety, rest))
+        motion = as_far_as_qp(found, rollout(problem.native, problem.q, tasks, self.gains, self.safety, rest))
         if motion.status is Status.REACHED and len(tasks) < len(problem.tasks):
             # It turns no hand.
             motion = replace(motion, status=found.status, reason=f"{found.reason}; qp reaches the points alone")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from functools import cached_property
 from typing import Any, ClassVar, Protocol
 
 import numpy as np
@@ -11,7 +12,6 @@ import numpy as np
 from humanoid_rail._arrays import Array
 from humanoid_rail.collision.certifier import least_distance
 from humanoid_rail.errors import InvalidInput, checked_number
-from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.state import KinematicsModel
 from humanoid_rail.problem import Problem
 from humanoid_rail.resolution.integrate import Integration, Settings
@@ -128,7 +128,7 @@ class Options:
         if not isinstance(self.far_clearances, bool):
             raise InvalidInput("far_clearances", self.far_clearances, "True or False")
 
-    @property
+    @cached_property
     def gains(self) -> Gains:
         """Parameters of eq. 4.9."""
         return Gains(self.gain, self.c_mu, self.c_kappa, self.epsilon, self.objectives)
@@ -154,7 +154,7 @@ class Options:
 
     def kinematics(self, problem: Problem) -> KinematicsModel:
         """Return the robot among the obstacles of a problem."""
-        return NativeKinematics(problem.robot, problem.obstacles)
+        return problem.native
 
     def least_start(self) -> float:
         """Return 0: a start must not be in penetration, m."""

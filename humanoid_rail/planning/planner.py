@@ -17,7 +17,7 @@ from humanoid_rail.kinematics.task import count_rows
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.methods import as_method
 from humanoid_rail.planning.options import PlanningMethod
-from humanoid_rail.planning.segments import Segments, joined, plan_segments, problems_of
+from humanoid_rail.planning.segments import Segments, joined, plan_segments, segment_problem
 from humanoid_rail.problem import Problem
 from humanoid_rail.result import Motion, Provenance, Samples, Status, Verdict
 from humanoid_rail.scene.obstacles import name_of
@@ -59,10 +59,11 @@ def plan(robot: Robot, scene: Scene, method: PlanningMethod | str = "auto") -> T
     check_scene(robot, scene)
     chosen.check(scene)
     start = np.array(robot.initial if scene.initial is None else scene.initial, float)
-    first = next(problems_of(robot, scene, start))
-    kinematics = chosen.kinematics(Problem(robot, scene, first.tasks, start))
+    first = segment_problem(robot, scene, 0, start)
+    # The motion is judged with all hands, also those that have no target.
+    kinematics = chosen.kinematics(first if first.robot is robot else Problem(robot, scene, first.tasks, start))
     _check_start(kinematics, scene, start, chosen)
-    segments = plan_segments(robot, scene, start, chosen)
+    segments = plan_segments(first, robot, scene, chosen)
     return _result(kinematics, scene, chosen, segments, started)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -33,23 +33,23 @@ class Segments:
     """When each segment that reached its targets ends, s."""
 
 
-def plan_segments(robot: Robot, scene: Scene, start: Array, method: PlanningMethod) -> Segments:
+def plan_segments(first: Problem, robot: Robot, scene: Scene, method: PlanningMethod) -> Segments:
     """Plan segment after segment until one does not reach its targets.
 
     Args:
-        robot: The robot.
+        first: The problem of the first segment.
+        robot: The robot, with all its hands.
         scene: The scene, whose steps of targets are reached one after the other.
-        start: Configuration (n,), m and rad.
         method: What plans each segment.
     """
     started, count = time.perf_counter(), len(scene.steps)
-    planned, begun = list[Planned](), 0.0
+    planned, begun, start = list[Planned](), 0.0, first.q
     for number in range(count):
         if begun >= method.max_time:
             reason = f"the longest motion allowed, {method.max_time:g} s, is over"
             planned.append(Planned(_standstill(start, Status.TIME_LIMIT, reason), ""))
             break
-        problem = _segment(robot, scene, number, start, begun)
+        problem = first if number == 0 else segment_problem(robot, scene, number, start, begun)
         spent = time.perf_counter() - started
         planned.append(_for_its_hands(method, robot, problem).plan(problem, number, spent, begun))
         motion = planned[-1].motion
@@ -59,13 +59,7 @@ def plan_segments(robot: Robot, scene: Scene, start: Array, method: PlanningMeth
     return joined(robot, planned, count)
 
 
-def problems_of(robot: Robot, scene: Scene, start: Array) -> Iterator[Problem]:
-    """Yield the problem of each step of a scene that was checked, as if each began at the start and at t = 0."""
-    for number in range(len(scene.steps)):
-        yield _segment(robot, scene, number, start, 0.0)
-
-
-def _segment(robot: Robot, scene: Scene, number: int, start: Array, begun: float) -> Problem:
+def segment_problem(robot: Robot, scene: Scene, number: int, start: Array, begun: float = 0.0) -> Problem:
     """Return the problem of a step that begins at a time in s, for the hands alone that have targets."""
     step = scene.steps[number]
     hands = robot.with_hands([name for name in robot.hand_names if step[name] is not None])

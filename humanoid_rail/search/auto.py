@@ -86,7 +86,6 @@ class PathResult:
 
 def find_path(
     problem: Problem,
-    kinematics: NativeKinematics,
     gains: Gains,
     safety: Safety,
     settings: Settings,
@@ -96,15 +95,15 @@ def find_path(
 
     Args:
         problem: The robot, its tasks and the start, at which nothing touches.
-        kinematics: The robot among the obstacles.
         gains: Parameters of eq. 4.9.
         safety: Parameters of the constraints.
         settings: When a motion ends, and when planning is cut off.
         budget: How much may be spent.
     """
+    kinematics = problem.native
     searching = (1.0 - RESERVE) * settings.max_planning_time
     deadline = time.perf_counter() + searching
-    motion, found = _follow_safely(problem, kinematics, gains, safety, replace(settings, max_planning_time=searching))
+    motion, found = _follow_safely(problem, gains, safety, replace(settings, max_planning_time=searching))
     if found is not None:
         return found
     arrived = _has_arrived(problem, motion)
@@ -181,7 +180,7 @@ def _has_arrived(problem: Problem, motion: Integration) -> bool:
 
 
 def _follow_safely(
-    problem: Problem, kinematics: NativeKinematics, gains: Gains, safety: Safety, settings: Settings
+    problem: Problem, gains: Gains, safety: Safety, settings: Settings
 ) -> tuple[Integration, PathResult | None]:
     """Return the motion of the safe velocity in long steps, and the result if no path has to be looked for."""
     tasks = followed(problem.tasks)
@@ -190,13 +189,13 @@ def _follow_safely(
     coarse = replace(settings, dt=steps * settings.dt)
     # It keeps as far away as a path has to, so that its motion is one.
     wider = replace(safety, safety_distance=safety.safety_distance + 2 * SPARE)
-    motion = rollout(kinematics, problem.q, tasks, gains, wider, coarse)
+    motion = rollout(problem.native, problem.q, tasks, gains, wider, coarse)
     if _has_arrived(problem, motion):
         stays = len(motion.q) == 1
         found = PathResult(Status.REACHED, motion.reason, motion.evaluations, motion.q, found_by=QP)
         return motion, found if stays else None
     # Nearer to things, it may still get there: then its motion is the plan, as it is.
-    nearer = rollout(kinematics, problem.q, tasks, gains, safety, coarse)
+    nearer = rollout(problem.native, problem.q, tasks, gains, safety, coarse)
     if _has_arrived(problem, nearer):
         reason = "nothing but the safe velocity gets there without coming nearer to something"
         return motion, PathResult(Status.STUCK, reason, nearer.evaluations)

@@ -58,9 +58,7 @@ TEMPLATE = f"""
 """
 
 
-def mjcf(
-    robot: Robot, scene: Scene, trajectory: Trajectory, actuators: Sequence[PositionActuator], ctrl: Array
-) -> str:
+def mjcf(robot: Robot, scene: Scene, trajectory: Trajectory, actuators: Sequence[PositionActuator], ctrl: Array) -> str:
     """Return a motion's robot and scene as the text of an MJCF file.
 
     Every link of the URDF is a body, fixed ones too, with its inertia, its primitive visual bodies (group 2) and the

@@ -3,9 +3,10 @@
     python play.py              the viewer, in a loop
     python play.py --headless   simulates once; prints how well the robot follows and what it touches
 
-The robot is moved by actuators, not placed: each actuated joint has a position actuator, whose force is kp (ctrl - q) - kv q_dot. With
-ctrl = q_ref + (kv q_dot_ref + load) / kp that is kp (q_ref - q) + kv (q_dot_ref - q_dot) + load: the damping does not
-hold back the motion, and the weight, which the load bears, does not pull the robot down.
+The robot is moved by actuators, not placed: each actuated joint has a position actuator, whose force is
+kp (ctrl - q) - kv q_dot. With ctrl = q_ref + (kv q_dot_ref + load) / kp that is
+kp (q_ref - q) + kv (q_dot_ref - q_dot) + load: the damping does not hold back the motion, and the weight, which the
+load bears, does not pull the robot down.
 """
 
 from __future__ import annotations
