@@ -14,11 +14,41 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 import humanoid_rail
-from humanoid_rail import Robot, Scene, Timing, Trajectory, load_robot, paper_scene
-from humanoid_rail.planning.engines import ENGINES, get_engine, why_not_native
+from humanoid_rail import (
+    Kinematics as PythonKinematics,
+)
+from humanoid_rail import (
+    NativeKinematics,
+    Robot,
+    Scene,
+    Timing,
+    Trajectory,
+    load_robot,
+    paper_scene,
+)
+from humanoid_rail._native import why_no_engine
+from humanoid_rail.planning.methods import METHODS
+from humanoid_rail.planning.options import ENGINES
 
 ROOT = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT / "scripts"))
+for folder in ("", "scripts"):
+    sys.path.insert(0, str(ROOT / folder))
+
+KINEMATICS = {"native": NativeKinematics, "python": PythonKinematics}
+"""The class of each engine."""
+
+
+def plan(robot: Robot, scene: Scene, method: str = "auto", **options: Any) -> Trajectory:
+    """Plan by a method of this name with these options."""
+    return humanoid_rail.plan(robot, scene, METHODS[method](**options) if method in METHODS else method)
+
+
+def plan_many(
+    robot: Robot, scenes: Any, *, n_jobs: Any = -1, progress: bool | None = None, method: str = "auto", **options: Any
+) -> list[Any]:
+    """Plan many scenes by a method of this name with these options."""
+    return humanoid_rail.plan_many(robot, scenes, METHODS[method](**options), n_jobs=n_jobs, progress=progress)
+
 
 LINKS = {"base_link": "B", "carriage": "rs", "waist": "T1", "lower_torso": "T2", "upper_torso": "T3", "chest": "T4"} | {
     f"{side}_{link}": f"{side[0].upper()}{i}"
@@ -47,7 +77,7 @@ def rng() -> np.random.Generator:
 @pytest.fixture(scope="session", params=ENGINES)
 def engine(request: pytest.FixtureRequest) -> str:
     """Each engine in turn. Where there is a compiler the native one has to be there."""
-    if request.param == "native" and (reason := why_not_native()):
+    if request.param == "native" and (reason := why_no_engine()):
         (pytest.fail if shutil.which("c++") else pytest.skip)(f"no native engine: {reason}")
     return request.param
 
@@ -55,21 +85,23 @@ def engine(request: pytest.FixtureRequest) -> str:
 @pytest.fixture(scope="session")
 def Kinematics(engine: str) -> type:
     """The class of each engine."""
-    return get_engine(engine).kinematics
+    return KINEMATICS[engine]
 
 
 class Plan(Protocol):
     def __call__(self, robot: Robot, scene: Scene, method: str = ..., **arguments: Any) -> Trajectory: ...
 
 
-@pytest.fixture(scope="session")
-def plan(engine: str) -> Plan:
+@pytest.fixture(scope="session", name="plan")
+def _plan(engine: str) -> Plan:
     """`humanoid_rail.plan` with each engine, by the paper's method unless another is asked for."""
 
-    def plan(robot: Robot, scene: Scene, method: str = "gradient-projection", **arguments: Any) -> Trajectory:
-        return humanoid_rail.plan(robot, scene, method, **{"engine": engine, **arguments})
+    def plan_with_engine(robot: Robot, scene: Scene, method: str = "gradient-projection", **options: Any) -> Trajectory:
+        if method == "gradient-projection":
+            options = {"engine": engine, **options}
+        return plan(robot, scene, method, **options)
 
-    return plan
+    return plan_with_engine
 
 
 @pytest.fixture(scope="session")
@@ -135,7 +167,10 @@ def rest_to_rest(robot: Robot, trajectory: Trajectory, duration: float, dt: floa
     hands = np.array([kinematics.hand_positions(q) for q in path(s)]).reshape(len(t), -1, 3)
     clearance, ones = np.full((len(t), trajectory.clearance.shape[1]), np.inf), np.ones(len(t))
     return replace(
-        trajectory, t=t, q=path(s), hands=hands, clearance=clearance, manipulability=ones, timing=timing, arrivals=()
+        trajectory,
+        motion=replace(trajectory.motion, t=t, q=path(s), timing=timing),
+        samples=replace(trajectory.samples, hands=hands, clearance=clearance, manipulability=ones),
+        verdict=replace(trajectory.verdict, arrivals=()),
     )
 
 

@@ -13,7 +13,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import ROOT
-
 from humanoid_rail.planning.engines import why_not_native
 
 
@@ -82,7 +81,7 @@ def test_the_wheel_works_outside_the_checkout(wheel: Path, tmp_path: Path) -> No
     code = """
 import humanoid_rail
 robot = humanoid_rail.load_robot(link_radius=0.03, l_l3=0.9)
-trajectory = humanoid_rail.plan(robot, humanoid_rail.paper_scene(), dt=0.5)
+trajectory = conftest.plan(robot, humanoid_rail.paper_scene(), dt=0.5)
 print(humanoid_rail.__file__)
 print(trajectory.status, trajectory.engine)
 """

@@ -14,11 +14,12 @@ from conftest import ROOT
 pytest.importorskip("humanoid_rail.native", reason="the native engine was not built")
 pytest.importorskip("pink", reason="needs the extra compare")
 
-from humanoid_rail import Robot, Scene, dh
-from benchmarks.engine_report import seconds
 from benchmarks.engine import PER_METRE, aisle
+from benchmarks.engine_report import seconds
 from benchmarks.pink_baseline import Pink
 from benchmarks.stopwatch import ratio
+from humanoid_rail import Robot, Scene
+from humanoid_rail.paper import dh_table as dh
 
 
 def test_one_command_prints_tables_and_writes_json_and_markdown(tmp_path: Path) -> None:

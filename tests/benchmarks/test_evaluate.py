@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import ROOT
-
-from humanoid_rail import Box, Certificate, Robot, Scene, load_scene, plan
+from conftest import ROOT, plan
 from humanoid_rail.comparison import evaluation
+
 from benchmarks.planners import RRT_CONNECT, Motion, make_planner
+from humanoid_rail import Box, Certificate, Robot, Scene, load_scene
 from humanoid_rail.planning.planner import METHODS
 
 DEV = ROOT / "scenes" / "dev"

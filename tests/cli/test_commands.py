@@ -15,7 +15,7 @@ from pathlib import Path
 import click
 import numpy as np
 import pytest
-from conftest import ROOT
+from conftest import ROOT, plan
 
 from humanoid_rail import (
     InvalidInput,
@@ -25,13 +25,12 @@ from humanoid_rail import (
     build_urdf,
     load_robot,
     load_scene,
-    plan,
     plan_case,
     verify,
     write_trajectory,
 )
-from humanoid_rail.cli.console import run
 from humanoid_rail.cli import COMMANDS, commands
+from humanoid_rail.cli.console import run
 from humanoid_rail.io.plan_folder import Plan, read_plan, write_plan
 
 CSV_COLUMNS = 1 + 12 + 6

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from conftest import random_q
+from conftest import plan, random_q
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -22,15 +22,12 @@ from humanoid_rail import (
     Scene,
     Sphere,
     load_robot,
-    plan,
     plan_case,
     read_trajectory,
     verify,
     write_trajectory,
 )
 from humanoid_rail.scene.shapes import placed_shapes, support
-from humanoid_rail.collision.swept_distance import Sweep
-from humanoid_rail.collision.motion_bound import Travel
 
 TARGETS = {"left": (-1.6, 0.6, 3.4), "right": (-1.6, 2.2, 3.4)}
 

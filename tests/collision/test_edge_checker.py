@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from conftest import random_q
+from humanoid_rail.planning.engines import get_engine
 
 from humanoid_rail import Box, HalfSpace, Robot, Sphere
-from humanoid_rail.planning.engines import get_engine
 from humanoid_rail.kinematics.kinematics import Kinematics
 from humanoid_rail.scene.obstacles import Obstacle
 

@@ -36,8 +36,8 @@ from humanoid_rail import (
     retime,
     robot_from_urdf,
 )
-from humanoid_rail.io.mujoco.actuators import drives
 from humanoid_rail.io.export import export
+from humanoid_rail.io.mujoco.actuators import drives
 from humanoid_rail.io.mujoco.mjcf import mjcf
 
 mujoco = pytest.importorskip("mujoco")

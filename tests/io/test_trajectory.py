@@ -11,8 +11,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import plan
 
-from humanoid_rail import InvalidInput, Robot, Scene, Trajectory, plan, read_trajectory, write_trajectory
+from humanoid_rail import InvalidInput, Robot, Scene, Trajectory, read_trajectory, write_trajectory
 
 FILES = {"trajectory.npz", "trajectory.csv", "summary.json"}
 

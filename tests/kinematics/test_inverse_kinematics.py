@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 from conftest import random_q
-
-from humanoid_rail import Robot, Sphere, dh
 from humanoid_rail.planning.engines import get_engine
+
+from humanoid_rail import Robot, Sphere
 from humanoid_rail.kinematics.inverse_kinematics import ARRIVED
+from humanoid_rail.paper import dh_table as dh
 
 OBSTACLES = tuple(Sphere(center=(x, y, 3.0), radius=0.3) for x in (-0.8, 0.8) for y in (-1.0, 1.5, 4.0))
 

@@ -13,8 +13,9 @@ from conftest import assert_gradient, central_difference, random_q
 from scipy.spatial import cKDTree
 from trimesh.transformations import translation_matrix as translation
 
-from humanoid_rail import Box, Capsule, HalfSpace, Mesh, Robot, Sphere, dh, load_robot
+from humanoid_rail import Box, Capsule, HalfSpace, Mesh, Robot, Sphere, load_robot
 from humanoid_rail.kinematics.kinematics import manipulability_gradient
+from humanoid_rail.paper import dh_table as dh
 from humanoid_rail.scene.obstacles import Obstacle
 
 ARMS = slice(4, 12)

@@ -8,9 +8,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from conftest import assert_gradient, random_q
+from humanoid_rail.planning.engines import get_engine
 
 from humanoid_rail import Robot, make_scene
-from humanoid_rail.planning.engines import get_engine
 from humanoid_rail.kinematics.task import LEVER, Task, rows_of, tasks_of
 
 KINDS = ("point", "approach", "rpy")

@@ -12,7 +12,7 @@ import coal
 import numpy as np
 import pinocchio as pin
 import pytest
-from conftest import LINKS, ROOT, assert_gradient, random_q
+from conftest import LINKS, ROOT, assert_gradient, plan, random_q
 
 from humanoid_rail import (
     Hand,
@@ -22,12 +22,11 @@ from humanoid_rail import (
     Scene,
     Sphere,
     build_urdf,
-    dh,
     load_robot,
-    plan,
     robot_from_urdf,
 )
 from humanoid_rail.model.library import xacro_arguments
+from humanoid_rail.paper import dh_table as dh
 
 LENGTHS = ("l_t1", "l_t2", "l_t3", "l_l1", "l_l2", "l_l3", "l_r1", "l_r2", "l_r3", "beta")
 

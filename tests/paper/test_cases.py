@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from humanoid_rail import InvalidInput, Robot, Scene, Status, Trajectory, dh, load_robot, paper_scene, plan_case
+from humanoid_rail import InvalidInput, Robot, Scene, Status, Trajectory, load_robot, paper_scene, plan_case
+from humanoid_rail.paper import dh_table as dh
 from humanoid_rail.paper.cases import CASES, bisect_claims, claims, closed_form_duration, sweep_point
 
 

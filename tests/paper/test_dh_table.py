@@ -7,8 +7,8 @@ from math import cos, pi, sin
 import numpy as np
 import pytest
 
-from humanoid_rail import dh
 from humanoid_rail.model.robot import INITIAL
+from humanoid_rail.paper import dh_table as dh
 
 
 def printed_matrices(q: np.ndarray, lengths: dh.Lengths) -> dict[tuple[str, str], np.ndarray]:

@@ -11,9 +11,10 @@ from typing import Any
 import joblib
 import numpy as np
 import pytest
-from conftest import ROOT
+from conftest import ROOT, plan, plan_many
 
-from humanoid_rail import InvalidInput, Robot, Scene, Trajectory, WorkerDied, batch, load_scene, plan, plan_many
+from humanoid_rail import InvalidInput, Robot, Scene, Trajectory, WorkerDied, load_scene
+from humanoid_rail.planning import batch
 from humanoid_rail.planning.shared_memory import pack, shared_folder, unpack
 
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from conftest import Plan
 
-from humanoid_rail import Box, InvalidInput, Kinematics, Robot, Scene, Sphere, Status, dh
+from humanoid_rail import Box, InvalidInput, Kinematics, Robot, Scene, Sphere, Status
+from humanoid_rail.paper import dh_table as dh
 
 
 def with_targets(scene: Scene, left: list[float], right: list[float]) -> Scene:

@@ -6,12 +6,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import conftest
 import numpy as np
 import pinocchio as pin
 import pytest
 from conftest import ROOT, Plan
 
-import humanoid_rail
 from humanoid_rail import (
     Box,
     HalfSpace,
@@ -22,7 +22,6 @@ from humanoid_rail import (
     Scene,
     Sphere,
     Status,
-    dh,
     load_scene,
     make_scene,
     retime,
@@ -30,6 +29,7 @@ from humanoid_rail import (
 )
 from humanoid_rail.io.export import export
 from humanoid_rail.io.mujoco.player import track
+from humanoid_rail.paper import dh_table as dh
 from humanoid_rail.scene.obstacles import moved
 
 BOTH = {"left": [-1.6, 0.6, 3.4], "right": [-1.6, 2.2, 3.4]}
@@ -59,7 +59,7 @@ def test_targets_one_after_the_other(robot: Robot, method: str) -> None:
         {"left": None, "right": [-1.2, 3.4, 3.0]},
     ]
     asked = scene(steps)
-    motion = humanoid_rail.plan(robot, asked, method)
+    motion = conftest.plan(robot, asked, method)
     assert motion.status is Status.REACHED, motion.reason
     assert motion.reason.startswith("at the targets at t = ")
     assert len(motion.arrivals) == 3
@@ -78,7 +78,7 @@ def test_targets_one_after_the_other(robot: Robot, method: str) -> None:
 
 
 def test_one_step_in_a_list_is_the_same_as_without(robot: Robot) -> None:
-    np.testing.assert_array_equal(humanoid_rail.plan(robot, scene(BOTH)).q, humanoid_rail.plan(robot, scene([BOTH])).q)
+    np.testing.assert_array_equal(conftest.plan(robot, scene(BOTH)).q, conftest.plan(robot, scene([BOTH])).q)
 
 
 def test_a_hand_without_target_frees_the_other(robot: Robot, plan: Plan) -> None:
@@ -103,7 +103,7 @@ def test_a_gain_for_each_coordinate_goes_with_its_hand(robot: Robot, plan: Plan)
 
 def test_what_cannot_be_reached_ends_the_motion_where_it_got(robot: Robot) -> None:
     steps = [BOTH, {"left": [0.6, 0.0, 8.0], "right": None}, BOTH]
-    motion = humanoid_rail.plan(robot, scene(steps))
+    motion = conftest.plan(robot, scene(steps))
     assert motion.status is Status.TARGET_OUT_OF_REACH
     assert motion.reason.startswith("step 2 of 3, begun at t = ")
     assert len(motion.arrivals) == 1
@@ -112,12 +112,10 @@ def test_what_cannot_be_reached_ends_the_motion_where_it_got(robot: Robot) -> No
 
 
 def test_the_longest_motion_is_that_of_all_legs(robot: Robot) -> None:
-    whole = humanoid_rail.plan(robot, scene([BOTH, {"left": None, "right": [-1.2, 4.4, 3.0]}]), "qp")
+    whole = conftest.plan(robot, scene([BOTH, {"left": None, "right": [-1.2, 4.4, 3.0]}]), "qp")
     assert whole.status is Status.REACHED
     for longest in (whole.arrivals[0] + 1.0, whole.arrivals[0] - 1.0):
-        cut = humanoid_rail.plan(
-            robot, scene([BOTH, {"left": None, "right": [-1.2, 4.4, 3.0]}]), "qp", max_time=longest
-        )
+        cut = conftest.plan(robot, scene([BOTH, {"left": None, "right": [-1.2, 4.4, 3.0]}]), "qp", max_time=longest)
         assert cut.status is Status.TIME_LIMIT
         assert cut.duration <= longest + 1e-9
 
@@ -126,7 +124,7 @@ def test_the_longest_motion_is_that_of_all_legs(robot: Robot) -> None:
 def test_a_hand_points_where_it_is_asked_to(robot: Robot, approach: tuple[float, float, float]) -> None:
     pose = {"position": [-1.6, 2.2, 3.4], "approach": list(approach)}
     asked = scene({"left": BOTH["left"], "right": pose})
-    motion = humanoid_rail.plan(robot, asked)
+    motion = conftest.plan(robot, asked)
     assert motion.status is Status.REACHED, motion.reason
     assert motion.certified
     np.testing.assert_allclose(dh.hands(motion.q[-1]), [BOTH["left"], [-1.6, 2.2, 3.4]], atol=1e-6)
@@ -137,7 +135,7 @@ def test_a_hand_points_where_it_is_asked_to(robot: Robot, approach: tuple[float,
 def test_a_hand_is_turned_as_it_is_asked_to(robot: Robot) -> None:
     rpy = (0.0, 0.0, 3.14)
     asked = scene({"left": {"position": BOTH["left"], "rpy": list(rpy)}, "right": None})
-    motion = humanoid_rail.plan(robot, asked)
+    motion = conftest.plan(robot, asked)
     assert motion.status is Status.REACHED, motion.reason
     assert motion.certified
     np.testing.assert_allclose(rotation(robot, motion.q[-1], "left"), pin.rpy.rpyToMatrix(*rpy), atol=1e-6)
@@ -147,7 +145,7 @@ def test_a_hand_is_turned_as_it_is_asked_to(robot: Robot) -> None:
 def test_both_engines_turn_hands(robot: Robot) -> None:
     asked = scene({"left": {"position": BOTH["left"], "approach": [-1, 0, 0]}, "right": None}, [])
     for engine in ("native", "python"):
-        motion = humanoid_rail.plan(robot, asked, engine=engine)
+        motion = conftest.plan(robot, asked, engine=engine)
         assert motion.status is Status.REACHED
         np.testing.assert_allclose(rotation(robot, motion.q[-1], "left")[:, 0], [-1, 0, 0], atol=1e-6)
 
@@ -155,7 +153,7 @@ def test_both_engines_turn_hands(robot: Robot) -> None:
 def test_a_round_of_kitting(robot: Robot, tmp_path: Path) -> None:
     """The example: into the bays of a shelf, into a tray from above, certified, and followed by MuJoCo's robot."""
     asked = load_scene(ROOT / "scenes" / "picks.yaml")
-    motion = retime(humanoid_rail.plan(robot, asked), robot, asked, dwell=0.2)
+    motion = retime(conftest.plan(robot, asked), robot, asked, dwell=0.2)
     assert motion.status is Status.REACHED, motion.reason
     assert motion.certified
     assert motion.limits_ok
@@ -177,7 +175,7 @@ def test_another_direction_can_be_the_one_a_hand_points_in(robot: Robot) -> None
     left, right = robot.hands
     sideways = replace(robot, hands=(replace(left, pointing=(0.0, -2.0, 0.0)), right))
     asked = scene({"left": {"position": BOTH["left"], "approach": [0, -1, 0]}, "right": None}, [])
-    motion = humanoid_rail.plan(sideways, asked)
+    motion = conftest.plan(sideways, asked)
     assert motion.status is Status.REACHED
     np.testing.assert_allclose(rotation(robot, motion.q[-1], "left")[:, 1], [0, 1, 0], atol=1e-6)
 
@@ -185,7 +183,7 @@ def test_another_direction_can_be_the_one_a_hand_points_in(robot: Robot) -> None
 def test_how_a_hand_cannot_be_turned_is_said(robot: Robot) -> None:
     """High above, at the end of its reach, a hand can point upwards but not down."""
     pose = {"position": [0.3, 0.6, 5.4], "approach": [0, 0, -1]}
-    motion = humanoid_rail.plan(robot, scene({"left": pose, "right": None}), max_planning_time=3.0)
+    motion = conftest.plan(robot, scene({"left": pose, "right": None}), max_planning_time=3.0)
     assert motion.status is Status.TARGET_OUT_OF_REACH
     assert "left hand is" in motion.reason
     assert "deg from how it has to be turned" in motion.reason
@@ -203,7 +201,7 @@ def test_hands_that_can_be_turned_are_not_said_to_be_unable(robot: Robot, rng: n
             name: {"position": list(hand), "rpy": list(pin.rpy.matrixToRpy(rotation(robot, q, name)))}
             for name, hand in zip(robot.hand_names, dh.hands(q), strict=True)
         }
-        motion = humanoid_rail.plan(robot, scene(poses, []))
+        motion = conftest.plan(robot, scene(poses, []))
         assert motion.status in (Status.REACHED, Status.STUCK), motion.reason
         reached += motion.status is Status.REACHED
     assert reached >= 25
@@ -213,7 +211,7 @@ def test_hands_that_can_be_turned_are_not_said_to_be_unable(robot: Robot, rng: n
 def test_what_a_hand_lacks_by_little_is_said_too(robot: Robot, z: float) -> None:
     """At its highest the left hand points upwards or nearly so; that it does not quite is no matter of the search."""
     pose = {"position": [0.1, -1.0, z], "approach": [0, 0, 1]}
-    motion = humanoid_rail.plan(robot, scene({"left": pose, "right": None}, []), max_planning_time=3.0)
+    motion = conftest.plan(robot, scene({"left": pose, "right": None}, []), max_planning_time=3.0)
     assert motion.status is Status.TARGET_OUT_OF_REACH
     assert "deg from how it has to be turned" in motion.reason
 
@@ -222,7 +220,7 @@ def test_what_a_hand_lacks_by_little_is_said_too(robot: Robot, z: float) -> None
 def test_other_methods_turn_no_hands(robot: Robot, method: str) -> None:
     pose = {"position": BOTH["left"], "approach": [-1, 0, 0]}
     with pytest.raises(InvalidInput, match="only auto turns hands") as caught:
-        humanoid_rail.plan(robot, scene({"left": pose, "right": None}), method)
+        conftest.plan(robot, scene({"left": pose, "right": None}), method)
     assert caught.value.field == "targets.left"
 
 
@@ -230,14 +228,14 @@ def test_nothing_turns_hands_among_obstacles_that_move(robot: Robot) -> None:
     ball = {"type": "sphere", "center": [-1.0, 2.0, 1.0], "radius": 0.1, "velocity": [0.0, 0.1, 0.0]}
     pose = {"position": BOTH["left"], "approach": [-1, 0, 0]}
     with pytest.raises(InvalidInput, match="obstacles at rest"):
-        humanoid_rail.plan(robot, scene({"left": pose, "right": None}, [ball]))
+        conftest.plan(robot, scene({"left": pose, "right": None}, [ball]))
 
 
 def test_obstacles_go_on_moving_from_leg_to_leg(robot: Robot) -> None:
     """The second leg meets a sphere where it has got to by then, and the whole motion is certified with it."""
     ball = {"type": "sphere", "center": [-1.0, 1.4, 0.2], "radius": 0.2, "velocity": [0.0, 0.0, 0.15]}
     asked = scene([BOTH, {"left": [-1.6, 1.0, 3.3], "right": [-1.6, 2.6, 3.3]}], [ball])
-    motion = humanoid_rail.plan(robot, asked, "qp")
+    motion = conftest.plan(robot, asked, "qp")
     assert motion.status is Status.REACHED, motion.reason
     assert motion.certified
     assert verify(robot, asked, motion).certified
@@ -269,5 +267,5 @@ def test_where_an_obstacle_has_moved_to(robot: Robot, obstacle: Any) -> None:
 )
 def test_targets_that_are_not_for_this_robot(robot: Robot, targets: object, field: str) -> None:
     with pytest.raises(InvalidInput) as caught:
-        humanoid_rail.plan(robot, scene(targets))
+        conftest.plan(robot, scene(targets))
     assert caught.value.field == field

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import ROOT, random_q
+from conftest import ROOT, plan, random_q
 
 import humanoid_rail
 from humanoid_rail import (
@@ -29,15 +29,14 @@ from humanoid_rail import (
     Scene,
     Sphere,
     Status,
-    engines,
-    kinematics,
     load_robot,
     load_scene,
-    plan,
-    resolution,
     robot_from_urdf,
-    safety,
 )
+from humanoid_rail.kinematics import kinematics
+from humanoid_rail.planning import options as engines
+from humanoid_rail.resolution import qp as safety
+from humanoid_rail.resolution import velocity as resolution
 from humanoid_rail.resolution.integrate import Settings
 from humanoid_rail.scene.obstacles import Obstacle
 
@@ -407,7 +406,9 @@ def python(code: str) -> subprocess.CompletedProcess[str]:
 WITHOUT = """
 import sys
 {how}
-from humanoid_rail import load_robot, paper_scene, plan, plan_many
+from humanoid_rail import load_robot, paper_scene
+from conftest import plan
+from conftest import plan_many
 trajectory = plan(load_robot(), paper_scene(), dt=0.5)
 print(trajectory.engine, trajectory.status)
 print(plan(load_robot(), paper_scene(), dt=0.5, engine="python").engine)

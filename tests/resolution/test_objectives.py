@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import assert_gradient, random_q
+from conftest import assert_gradient, plan, random_q
+from humanoid_rail.planning.engines import why_not_native
 
 from humanoid_rail import (
     Gains,
@@ -18,12 +19,10 @@ from humanoid_rail import (
     Robot,
     Scene,
     State,
-    plan,
     plan_case,
     read_trajectory,
     write_trajectory,
 )
-from humanoid_rail.planning.engines import why_not_native
 from humanoid_rail.paper.cases import closed_form_duration
 from humanoid_rail.resolution.velocity import gradient_projection, null_space_projector, secondary_velocity
 

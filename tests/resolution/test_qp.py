@@ -22,13 +22,13 @@ from humanoid_rail import (
     Scene,
     Sphere,
     Status,
-    kinematics,
     load_robot,
     native,
 )
-from humanoid_rail.scene.obstacles import HalfSpace, Obstacle
-from humanoid_rail.resolution.velocity import gradient_projection
+from humanoid_rail.kinematics import kinematics
 from humanoid_rail.resolution.qp import FASTEST, TASK_WEIGHT, Constraints, constraints, safe_velocity
+from humanoid_rail.resolution.velocity import gradient_projection
+from humanoid_rail.scene.obstacles import HalfSpace, Obstacle
 
 TARGETS = np.array([[-1.6, 0.6, 3.4], [-1.6, 2.2, 3.4]])
 DT = 0.01

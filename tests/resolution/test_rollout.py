@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import ROOT, Plan
+from conftest import plan as plan_natively
 
 from humanoid_rail import (
     Box,
@@ -21,7 +22,6 @@ from humanoid_rail import (
     load_scene,
     verify,
 )
-from humanoid_rail import plan as plan_natively
 
 FREE = {"left": (-1.6, 0.6, 3.4), "right": (-1.6, 2.2, 3.4)}
 

@@ -7,22 +7,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from humanoid_rail.planning.engines import get_engine
 from scipy.interpolate import CubicHermiteSpline
 
-from humanoid_rail import (
-    Certificate,
-    InvalidInput,
-    Robot,
-    Scene,
-    Sphere,
-    Timing,
-    Trajectory,
-    dh,
-    retime,
-    verify,
-)
-from humanoid_rail.planning.engines import get_engine
-from humanoid_rail.kinematics.joint_limits import Motion, limit_violations
+from humanoid_rail import Certificate, InvalidInput, Robot, Scene, Sphere, Timing, Trajectory, retime, verify
+from humanoid_rail.kinematics.joint_limits import JointMotion as Motion
+from humanoid_rail.kinematics.joint_limits import limit_violations
+from humanoid_rail.paper import dh_table as dh
 from humanoid_rail.retiming.bspline import SAGITTA, certify_spline, fastest_in_between, straying
 
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import conftest
 import numpy as np
 import pytest
 from conftest import ROOT
 from scipy.interpolate import CubicHermiteSpline
 
-import humanoid_rail
 from humanoid_rail import (
     HalfSpace,
     InvalidInput,
@@ -19,15 +19,15 @@ from humanoid_rail import (
     Sphere,
     Status,
     Trajectory,
-    dh,
     load_scene,
     make_scene,
     plan_case,
     retime,
     verify,
 )
-from humanoid_rail.search.smoothing import speed_units
 from humanoid_rail.io.plan_folder import Plan, read_plan, write_plan
+from humanoid_rail.paper import dh_table as dh
+from humanoid_rail.search.smoothing import speed_units
 from humanoid_rail.viewer.playback import playback_html
 
 SCENES = sorted((ROOT / "scenes" / "dev").glob("*.json"))
@@ -65,7 +65,7 @@ def straight(trajectory: Trajectory, robot: Robot, joint: str, way: float) -> Tr
 @pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
 def test_every_planning_scene_is_retimed(robot: Robot, path: Path) -> None:
     scene = load_scene(path)
-    plan = humanoid_rail.plan(robot, scene)
+    plan = conftest.plan(robot, scene)
     motion = retime(plan, robot, scene)
     assert motion.status is Status.REACHED
     assert (rates(motion, 1) <= robot.velocity_limit * EXCESS).all()
@@ -88,7 +88,7 @@ def test_every_planning_scene_is_retimed(robot: Robot, path: Path) -> None:
 @pytest.mark.parametrize("limit", [50.0, 300.0])
 def test_jerk_is_limited_where_that_is_asked_for(robot: Robot, path: Path, limit: float) -> None:
     scene = load_scene(path)
-    plan = humanoid_rail.plan(robot, scene)
+    plan = conftest.plan(robot, scene)
     motion = retime(plan, robot, scene, jerk_limit=limit)
     assert motion.certified
     assert (rates(motion, 3) <= limit * EXCESS).all()
@@ -100,7 +100,7 @@ def test_jerk_is_limited_where_that_is_asked_for(robot: Robot, path: Path, limit
 @pytest.mark.parametrize("path", SCENES[::15], ids=lambda path: path.stem)
 def test_a_limit_of_jerk_that_does_not_bind_costs_nothing(robot: Robot, path: Path) -> None:
     scene = load_scene(path)
-    plan = humanoid_rail.plan(robot, scene)
+    plan = conftest.plan(robot, scene)
     free = retime(plan, robot, scene)
     assert free.timing is not None
     limit = 1.01 * max(peak.jerk for peak in free.timing.peaks)
@@ -111,7 +111,7 @@ def test_a_limit_of_jerk_that_does_not_bind_costs_nothing(robot: Robot, path: Pa
 def test_coarse_samples_do_not_leave_the_path(robot: Robot, dt: float) -> None:
     """What they cannot follow is slowed down; between the samples it is near the path too."""
     scene = load_scene(ROOT / "scenes" / "dev" / "deep-500004.json")
-    plan = humanoid_rail.plan(robot, scene)
+    plan = conftest.plan(robot, scene)
     motion = retime(plan, robot, scene, dt=dt)
     assert motion.certified
     units = speed_units(robot)
@@ -182,7 +182,7 @@ def test_limits_can_be_given(robot: Robot, planned: Trajectory, free: Scene) -> 
 def test_it_rests_at_every_target(robot: Robot) -> None:
     steps = [{"left": [0.6, -1.8, 2.6], "right": [0.6, 1.8, 2.6]}, {"left": None, "right": [-0.6, 1.8, 2.9]}]
     scene = make_scene({"name": "two", "targets": steps})
-    plan = humanoid_rail.plan(robot, scene)
+    plan = conftest.plan(robot, scene)
     motion = retime(plan, robot, scene, dwell=0.25)
     assert motion.certified
     assert motion.timing is not None
@@ -200,7 +200,7 @@ def test_it_rests_at_every_target(robot: Robot) -> None:
 
 def test_a_motion_that_got_stuck_is_retimed_as_far_as_it_got(robot: Robot) -> None:
     scene = load_scene(next((ROOT / "scenes" / "unsolvable").glob("target_out_of_reach*")))
-    plan = humanoid_rail.plan(robot, scene, max_planning_time=0.5)
+    plan = conftest.plan(robot, scene, max_planning_time=0.5)
     motion = retime(plan, robot, scene)
     assert motion.status is Status.TARGET_OUT_OF_REACH
     assert motion.arrivals == ()
@@ -217,7 +217,7 @@ def test_without_a_way_there_is_nothing_to_time(robot: Robot, planned: Trajector
 def test_hands_that_are_there_already_can_be_shown_and_kept(robot: Robot, tmp_path: Path) -> None:
     targets = {name: list(hand) for name, hand in zip(robot.hand_names, dh.hands(robot.initial), strict=True)}
     scene = make_scene({"name": "there", "targets": targets})
-    motion = retime(humanoid_rail.plan(robot, scene), robot, scene)
+    motion = retime(conftest.plan(robot, scene), robot, scene)
     assert motion.status is Status.REACHED
     np.testing.assert_array_equal(motion.configuration(0.0), robot.initial)
     write_plan(Plan(robot, scene, motion), tmp_path, [("playback.html", playback_html(robot, scene, motion))])
@@ -236,7 +236,7 @@ def test_a_motion_may_not_take_longer_than_it_may(robot: Robot, planned: Traject
 def test_a_retimed_motion_can_be_retimed(robot: Robot) -> None:
     """What is retimed again is the spline and not the chords between its samples, however far apart these are."""
     scene = load_scene(ROOT / "scenes" / "dev" / "deep-500004.json")
-    first = retime(humanoid_rail.plan(robot, scene), robot, scene, dt=0.03)
+    first = retime(conftest.plan(robot, scene), robot, scene, dt=0.03)
     second = retime(first, robot, scene)
     assert second.certified
     assert second.duration == pytest.approx(first.duration, abs=0.1)
@@ -250,7 +250,7 @@ def test_reasons_are_about_the_motion_they_are_of(robot: Robot) -> None:
     floor = HalfSpace(normal=(0.0, 0.0, 1.0), offset=-0.053)  # 3 mm under the carriage
     steps = [{"left": [0.6, -1.8, 2.6], "right": [0.6, 1.8, 2.6]}, {"left": None, "right": [-0.6, 1.8, 2.9]}]
     scene = make_scene({"name": "near", "targets": steps}).model_copy(update={"obstacles": (floor,)})
-    motion = humanoid_rail.plan(robot, scene)
+    motion = conftest.plan(robot, scene)
     assert motion.reason.count("could not be kept") == 1
     for dwell in (0.5, 0.0):
         motion = retime(motion, robot, scene, dwell=dwell)
@@ -326,7 +326,7 @@ def test_a_joint_that_does_not_move_needs_no_limits(robot: Robot, planned: Traje
         velocity_limit=robot.velocity_limit * free_rail,
         acceleration_limit=robot.acceleration_limit * free_rail,
     )
-    plan = humanoid_rail.plan(locked, free)
+    plan = conftest.plan(locked, free)
     motion = retime(plan, locked, free)
     assert motion.certified
     assert np.ptp(motion.q[:, 0]) == 0.0

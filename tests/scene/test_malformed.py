@@ -9,11 +9,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from conftest import plan
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from test_scene import VALID
 
-from humanoid_rail import InvalidInput, Robot, load_scene, plan
+from humanoid_rail import InvalidInput, Robot, load_scene
 
 CUBE = Path(__file__).parent / "cube.obj"
 # What a scene may be without.

@@ -14,7 +14,18 @@ import numpy as np
 import pytest
 from conftest import ROOT
 
-from humanoid_rail import Box, Capsule, HalfSpace, InvalidInput, Kinematics, Mesh, Robot, Sphere, load_scene, make_scene
+from humanoid_rail import (
+    Box,
+    Capsule,
+    HalfSpace,
+    InvalidInput,
+    Kinematics,
+    Mesh,
+    Robot,
+    Sphere,
+    load_scene,
+    make_scene,
+)
 
 SCHEMA = json.loads((ROOT / "humanoid_rail" / "scene.schema.json").read_text(encoding="utf-8"))
 DEV = sorted((ROOT / "scenes" / "dev").glob("*.json"))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import ROOT
+from conftest import ROOT, plan, plan_many
 
 from humanoid_rail import (
     Box,
@@ -19,9 +19,7 @@ from humanoid_rail import (
     load_robot,
     load_scene,
     paper_scene,
-    plan,
     plan_case,
-    plan_many,
     read_trajectory,
     verify,
     write_trajectory,

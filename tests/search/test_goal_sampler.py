@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
+from humanoid_rail.planning.engines import get_engine
 from scipy.optimize import minimize
 
-from humanoid_rail import Robot, Scene, Sphere, dh, load_robot
-from humanoid_rail.planning.engines import get_engine
-from humanoid_rail.search.goal_sampler import blocked_target, out_of_reach, pull, seeds
-from humanoid_rail.scene.obstacles import Obstacle
+from humanoid_rail import Robot, Scene, Sphere, load_robot
 from humanoid_rail.kinematics.task import Task
+from humanoid_rail.paper import dh_table as dh
+from humanoid_rail.scene.obstacles import Obstacle
+from humanoid_rail.search.goal_sampler import blocked_target, out_of_reach, pull, seeds
 
 FREE = {"left": (0.6, -1.8, 2.6), "right": (0.6, 1.8, 2.6)}
 RADIUS = 0.05

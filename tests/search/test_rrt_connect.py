@@ -8,11 +8,11 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from humanoid_rail.planning.engines import get_engine
 
 from humanoid_rail import Box, Robot
-from humanoid_rail.planning.engines import get_engine
-from humanoid_rail.search.smoothing import path_length
 from humanoid_rail.search.rrt_connect import Sampler, Validity
+from humanoid_rail.search.smoothing import path_length
 
 WALL = Box(center=(0.9, 2.6, 3.2), size=(1.2, 0.1, 2.0))
 """Both arms have to go around it when the robot slides along the rail."""

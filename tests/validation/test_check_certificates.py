@@ -15,6 +15,7 @@ import pytest
 import random_motions
 from check_certificates import check_all, clearances, judge, main, summary
 from conftest import random_q
+from humanoid_rail.planning.engines import why_not_native
 from hypothesis import given
 from hypothesis import strategies as st
 from plain_geometry import RADIUS, STEP, clearance, follow, point_segment, segment_box, segment_segment
@@ -22,7 +23,6 @@ from random_motions import KINDS, MISS, Motion, make_motion, scene_of
 from scipy.spatial.transform import Rotation
 
 from humanoid_rail import Box, Capsule, Certificate, Contact, HalfSpace, Robot, Sphere, verify
-from humanoid_rail.planning.engines import why_not_native
 
 SEED = 2019
 # On a grid segments are often parallel, of no length or in the planes of a box's faces.

@@ -13,7 +13,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 import umsgpack
-from conftest import ROOT
+from conftest import ROOT, plan
 from PIL import Image
 from screenshot import browser_path, opened, seek
 
@@ -28,7 +28,6 @@ from humanoid_rail import (
     Sphere,
     Trajectory,
     load_scene,
-    plan,
     plan_case,
 )
 from humanoid_rail.viewer.camera import sight
