@@ -19,6 +19,7 @@ from humanoid_rail import (
 )
 from humanoid_rail import (
     NativeKinematics,
+    PointTask,
     Robot,
     Scene,
     Timing,
@@ -114,6 +115,12 @@ def free() -> Scene:
 def planned(robot: Robot, free: Scene) -> Trajectory:
     """A motion in it."""
     return humanoid_rail.plan(robot, free)
+
+
+def points(targets: np.ndarray, hands: tuple[str, ...] = ("left", "right")) -> tuple[PointTask, ...]:
+    """Return tasks that put hands at points (h, 3)."""
+    at = np.asarray(targets, float).reshape(-1, 3).tolist()
+    return tuple(PointTask(hand, (x, y, z)) for hand, (x, y, z) in zip(hands, at, strict=False))
 
 
 def random_q(robot: Robot, rng: np.random.Generator) -> np.ndarray:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from conftest import plan, random_q
+from conftest import random_q
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -180,28 +180,9 @@ def test_meshes_are_looked_at_piece_by_piece(robot: Robot, cube_file: str) -> No
         assert certificate.certified == free
 
 
-@pytest.mark.parametrize("method", ["gradient-projection", "qp"])
-def test_both_engines_agree(robot: Robot, scene: Scene, rng: np.random.Generator, method: str) -> None:
-    plans = [plan(robot, scene, method, dt=0.1, c_kappa=0.3)]
-    motions = [Motion(p.t, p.q) for p in plans]
-    for _ in range(6):
-        q = random_q(robot, rng) + np.cumsum(rng.normal(size=(6, robot.n)) * 0.1, axis=0)
-        motions.append(Motion(np.arange(6.0), q))
-    for motion in motions:
-        some = random_scene(rng, 0.3)
-        a, b = (verify(robot, some, motion, engine=engine) for engine in ("native", "python"))
-        assert a.certified == b.certified
-        assert a.min_clearance_self == pytest.approx(b.min_clearance_self, abs=1e-3)
-        assert a.min_clearance_obstacles == pytest.approx(b.min_clearance_obstacles, abs=1e-3)
-        assert (a.contact is None) == (b.contact is None)
-        if a.contact is not None:
-            assert a.contact.t == pytest.approx(b.contact.t, abs=1e-4)
-            assert (a.contact.link, a.contact.other) == (b.contact.link, b.contact.other)
-
-
-def test_travel_bounds_what_points_do(robot: Robot, rng: np.random.Generator) -> None:
+def test_motion_bounds_hold_for_points(robot: Robot, rng: np.random.Generator) -> None:
     """Both ends of every bone, seen from the base and from other joints, on random straight ways."""
-    travel, tight = Travel(robot), []
+    bound, tight = MotionBound(robot), []
     for _ in range(60):
         a = random_q(robot, rng)
         b = a + rng.normal(size=robot.n) * rng.choice([0.01, 0.1])
@@ -209,13 +190,13 @@ def test_travel_bounds_what_points_do(robot: Robot, rng: np.random.Generator) ->
         ways = np.linspace(a, b, 201)
         for origin in (0, robot.model.getJointId("rail"), robot.model.getJointId("spine_pitch")):
             seen = np.array([_bones_from(robot, origin, q) for q in ways])
-            reach = travel.reach(full[1] - full[0], np.maximum(*abs(np.array(full))), origin)
+            reach = bound.displacements(full[1] - full[0], np.maximum(*abs(np.array(full))), origin)
             way = np.linalg.norm(np.diff(seen, axis=0), axis=-1).sum(axis=0).max(axis=-1)
             bend = np.linalg.norm(np.diff(seen, 2, axis=0), axis=-1).max(axis=0).max(axis=-1) * 200**2
-            carried = reach.travel > 0
-            assert (way[carried] <= reach.travel[carried] + 1e-9).all()
+            carried = reach.length > 0
+            assert (way[carried] <= reach.length[carried] + 1e-9).all()
             assert (bend[carried] <= reach.curvature[carried] * (1 + 1e-6) + 1e-6).all()
-            tight.append((way[carried] / reach.travel[carried]).max())
+            tight.append((way[carried] / reach.length[carried]).max())
     assert max(tight) > 0.5
 
 
@@ -232,31 +213,25 @@ def _bones_from(robot: Robot, origin: int, q: np.ndarray) -> np.ndarray:
 
 def test_the_chest_that_stays_level_does_not_turn(robot: Robot) -> None:
     """Turns about parallel axes add up with their signs: with the torso bending, the hands move as the chest does."""
-    travel = Travel(robot)
+    bound = MotionBound(robot)
     a, b = robot.initial.copy(), robot.initial.copy()
     b[2] += 0.1
     full = [robot.full_configuration(q) for q in (a, b)]
-    reach = travel.reach(full[1] - full[0], abs(full[0]), 0)
+    reach = bound.displacements(full[1] - full[0], abs(full[0]), 0)
     hand = list(robot.link_names).index("left_forearm")
-    assert reach.travel[hand] == pytest.approx(0.1 * (0.5 + 0.5), rel=1e-9)
+    assert reach.length[hand] == pytest.approx(0.1 * (0.5 + 0.5), rel=1e-9)
 
 
-def test_half_a_step_is_the_difference_of_two_bounds(robot: Robot, rng: np.random.Generator) -> None:
-    """Least distances of random pairs on random ways against dense sampling."""
+def test_lower_bounds_hold_on_edges(robot: Robot, rng: np.random.Generator) -> None:
+    """Least distances of random pairs on random edges against dense sampling."""
     scene = random_scene(rng)
-    sweep, closest = Sweep(robot, scene.obstacles), []
+    swept, closest = SweptDistance(robot, scene.obstacles), []
     for _ in range(15):
         a = random_q(robot, rng)
         b = a + rng.normal(size=robot.n) * 0.05
-        links, pairs = sweep.ways(a, b)
-        ends = sweep.take(0.0, a), sweep.take(1.0, b)
-        dense = [sweep.take(s, a + s * (b - a)) for s in np.linspace(0, 1, 41)]
-        for pair in (*sweep.obstacle_pairs, *sweep.link_pairs):
-            ways, column = (pairs, pair.number) if pair.piece is None else (links, pair.link)
-            here, there = (sweep.measure(pair, end) for end in ends)
-            way = float(ways.travel[column]), float(ways.curvature[column])
-            bound = sweep.least(pair, here, ends[0], there, ends[1], *way, np.inf)
-            least = min(sweep.measure(pair, snapshot).distance for snapshot in dense)
+        for pair in range(len(swept.pairs)):
+            bound = swept.lower_bound(pair, 0.0, a, 1.0, b)
+            least = min(swept.distance(pair, s, a + s * (b - a)).distance for s in np.linspace(0, 1, 41))
             assert bound <= least + 2e-6
             if least > 0:
                 closest.append(least - bound)
@@ -322,7 +297,8 @@ def test_motions_that_are_none(robot: Robot, scene: Scene, t: np.ndarray, q: np.
 def test_a_trajectory_of_another_robot(robot: Robot, scene: Scene) -> None:
     trajectory = plan_case(robot, 3, dt=0.5)
     with pytest.raises(InvalidInput, match="joint_names"):
-        verify(robot, scene, replace(trajectory, joint_names=tuple(reversed(trajectory.joint_names))))
+        backwards = tuple(reversed(trajectory.joint_names))
+        verify(robot, scene, replace(trajectory, motion=replace(trajectory.motion, joint_names=backwards)))
 
 
 def test_a_motion_of_one_sample(robot: Robot, scene: Scene) -> None:

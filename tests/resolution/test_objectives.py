@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -9,13 +10,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import assert_gradient, plan, random_q
-from humanoid_rail.planning.engines import why_not_native
+from conftest import assert_gradient, plan, points, random_q
 
 from humanoid_rail import (
     Gains,
     InvalidInput,
     Kinematics,
+    NativeKinematics,
     Robot,
     Scene,
     State,
@@ -24,6 +25,8 @@ from humanoid_rail import (
     write_trajectory,
 )
 from humanoid_rail.paper.cases import closed_form_duration
+from humanoid_rail.planning.options import ENGINES
+from humanoid_rail.resolution.native_velocity import projected_velocity
 from humanoid_rail.resolution.velocity import gradient_projection, null_space_projector, secondary_velocity
 
 Objective = Callable[[State], np.ndarray]
@@ -64,7 +67,7 @@ def test_the_example_is_the_gradient_of_what_it_raises(
 def test_an_objective_moves_the_null_space_alone(
     robot: Robot, scene: Scene, rng: np.random.Generator, centring: Objective
 ) -> None:
-    kinematics, targets = Kinematics(robot, scene.obstacles), np.array(list(scene.targets.values()))
+    kinematics, targets = Kinematics(robot, scene.obstacles), points(np.array(list(scene.targets.values())))
     for _ in range(20):
         state = kinematics.state(random_q(robot, rng))
         without = gradient_projection(state, targets, Gains())
@@ -92,7 +95,7 @@ def test_the_hands_of_case_3_do_not_notice_one(robot: Robot, scene: Scene, centr
 
 
 def test_qp_stays_certified_whatever_is_asked_for(robot: Robot, scene: Scene, centring: Objective) -> None:
-    settings: dict[str, Any] = {"engine": "python", "dt": 0.05, "max_time": 10.0}
+    settings: dict[str, Any] = {"dt": 0.05, "max_time": 10.0}
     without = plan(robot, scene, "qp", **settings)
     for objective in (centring, lambda state: -20.0 * state.clearance_gradient[-1].sum(axis=0)):
         trajectory = plan(robot, scene, "qp", objectives=(objective,), **settings)
@@ -105,9 +108,12 @@ def test_qp_stays_certified_whatever_is_asked_for(robot: Robot, scene: Scene, ce
 
 def test_the_names_are_kept(robot: Robot, scene: Scene, centring: Objective, tmp_path: Path) -> None:
     objectives = (centring, partial(on_the_rail))
-    trajectory = plan(robot, scene, "qp", engine="python", dt=0.5, max_time=0.5, objectives=objectives)
+    trajectory = plan(robot, scene, "qp", dt=0.5, max_time=0.5, objectives=objectives)
     write_trajectory(trajectory, tmp_path)
-    assert read_trajectory(tmp_path).settings["objectives"] == ["centring", "partial"]
+    assert trajectory.method.options()["objectives"] == ["centring", "partial"]
+    assert json.loads((tmp_path / "summary.json").read_text())["method"]["objectives"] == ["centring", "partial"]
+    # Functions cannot be read back.
+    assert read_trajectory(tmp_path).method.options()["objectives"] == []
 
 
 @pytest.mark.parametrize(
@@ -153,26 +159,57 @@ def test_whole_numbers_and_lists_are_velocities(robot: Robot, scene: Scene) -> N
 )
 def test_what_is_no_objective_is_named(robot: Robot, scene: Scene, objectives: Any, field: str) -> None:
     with pytest.raises(InvalidInput, match="State") as caught:
-        plan(robot, scene, "qp", engine="python", objectives=objectives)
+        plan(robot, scene, "qp", objectives=objectives)
     assert caught.value.field == field
 
 
-@pytest.mark.filterwarnings("ignore:the native engine is not there")
-@pytest.mark.parametrize(
-    ("method", "engine"), [("auto", "python"), ("auto", "native"), ("qp", "native"), ("gradient-projection", "native")]
-)
-def test_where_they_would_not_be_asked_they_are_refused(robot: Robot, scene: Scene, method: str, engine: str) -> None:
-    with pytest.raises(InvalidInput, match='engine="python"') as caught:
-        plan(robot, scene, method, engine=engine, objectives=(on_the_rail,))
-    assert caught.value.field == "objectives"
+METHODS = ("auto", "qp", "gradient-projection")
 
 
-@pytest.mark.skipif(why_not_native() is not None, reason="there is no native engine")
-def test_the_native_engine_by_itself_refuses_them(robot: Robot, scene: Scene) -> None:
-    from humanoid_rail import native
+def test_both_engines_ask_them(robot: Robot, scene: Scene, centring: Objective) -> None:
+    """The same motion by eq. 4.9, and the same velocity at any configuration."""
+    settings: dict[str, Any] = {"dt": 0.05, "rtol": 1e-9, "atol": 1e-9, "max_time": 2.0, "objectives": (centring,)}
+    one, two = (plan(robot, scene, "gradient-projection", engine=engine, **settings) for engine in ENGINES)
+    np.testing.assert_allclose(one.q, two.q, atol=1e-6)
+    asked = Gains(objectives=(centring, on_the_rail))
+    native, tasks = NativeKinematics(robot, scene.obstacles), points(np.array(list(scene.targets.values())))
+    for q in one.q[::10]:
+        state = Kinematics(robot, scene.obstacles).state(q)
+        expected = gradient_projection(state, tasks, asked)
+        np.testing.assert_allclose(projected_velocity(native, tasks, asked)(q), expected, rtol=1e-7, atol=1e-9)
 
-    with pytest.raises(InvalidInput, match="objectives"):
-        native.Kinematics(robot).gradient_projection(np.zeros((2, 3)), Gains(objectives=(on_the_rail,)))
+
+def test_auto_asks_them_too(robot: Robot, scene: Scene) -> None:
+    asked: list[State] = []
+
+    def listening(state: State) -> np.ndarray:
+        asked.append(state)
+        return np.zeros(state.q.size)
+
+    trajectory = plan(robot, scene, "auto", objectives=(listening,))
+    np.testing.assert_array_equal(trajectory.q, plan(robot, scene).q)
+    assert len(asked) >= trajectory.evaluations > 0
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_errors_of_an_objective_come_through_from_every_method(robot: Robot, scene: Scene, method: str) -> None:
+    def broken(_state: State) -> np.ndarray:
+        raise ZeroDivisionError("of the objective")
+
+    with pytest.raises(ZeroDivisionError, match="of the objective"):
+        plan(robot, scene, method, objectives=(broken,))
+
+
+def test_an_objective_that_uses_what_calls_it_is_told(robot: Robot, scene: Scene) -> None:
+    """Instead of waiting for itself for ever."""
+    native = NativeKinematics(robot, scene.obstacles)
+    tasks = points(np.array(list(scene.targets.values())))
+
+    def entangled(state: State) -> np.ndarray:
+        return native.state(state.q).manipulability_gradient
+
+    with pytest.raises(RuntimeError, match="must not use the object that calls it"):
+        projected_velocity(native, tasks, Gains(objectives=(entangled,)))(robot.initial)
 
 
 def test_an_objective_cannot_change_the_state(robot: Robot, scene: Scene) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import Plan, central_difference, random_q
+from conftest import Plan, central_difference, points, random_q
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import LinearConstraint, minimize
@@ -17,15 +17,16 @@ from humanoid_rail import (
     Capsule,
     Gains,
     InvalidInput,
+    NativeKinematics,
     Robot,
     Safety,
     Scene,
     Sphere,
     Status,
     load_robot,
-    native,
 )
 from humanoid_rail.kinematics import kinematics
+from humanoid_rail.resolution.native_velocity import constrained_velocity
 from humanoid_rail.resolution.qp import FASTEST, TASK_WEIGHT, Constraints, constraints, safe_velocity
 from humanoid_rail.resolution.velocity import gradient_projection
 from humanoid_rail.scene.obstacles import HalfSpace, Obstacle
@@ -142,9 +143,9 @@ def test_both_engines_have_the_same_velocity(robot: Robot, rng: np.random.Genera
         gains, safety = Gains(c_kappa=float(rng.uniform(0, 2)), epsilon=0.6), Safety()
         reference = kinematics.Kinematics(robot, obstacles)
         state = reference.state(q)
-        expected = safe_velocity(robot, state, TARGETS, gains, safety, DT)
-        found = native.Kinematics(robot, obstacles).safe_velocity(TARGETS, gains, safety, DT)(q)
-        solved += not np.allclose(slowed(robot, gradient_projection(state, TARGETS, gains)), expected)
+        expected = safe_velocity(robot, state, points(TARGETS), gains, safety, DT)
+        found = constrained_velocity(NativeKinematics(robot, obstacles), points(TARGETS), gains, safety, DT)(q)
+        solved += not np.allclose(slowed(robot, gradient_projection(state, points(TARGETS), gains)), expected)
         np.testing.assert_allclose(found, expected, atol=2e-6)
     assert solved > 20
 
@@ -155,9 +156,9 @@ def test_both_engines_have_the_same_rows(robot: Robot, rng: np.random.Generator)
     for _ in range(40):
         obstacles, q, t = some_obstacles(rng, 9, speed=0.5), random_q(robot, rng), float(rng.uniform(0, 2))
         expected = constraints(robot, kinematics.Kinematics(robot, obstacles).state(q, t), safety, DT)
-        fast = native.Kinematics(robot, obstacles)
-        fast.safe_velocity(TARGETS, Gains(), safety, DT)(q, t)
-        rows, sides = fast.safe.constraints()
+        fast = NativeKinematics(robot, obstacles)
+        constrained_velocity(fast, points(TARGETS), Gains(), safety, DT)(q, t)
+        rows, sides = fast.native.constraints()
         found, wanted = (
             np.column_stack([h, G])[np.lexsort(np.round(np.column_stack([h, G]), 6).T[::-1])]
             for h, G in ((sides, rows), (expected.sides, expected.rows))
@@ -179,8 +180,8 @@ def test_it_is_the_closest_velocity_that_the_constraints_allow(robot: Robot, rng
     while compared < 8:
         obstacles, q = safe_state(robot, rng, 0.01)
         state = kinematics.Kinematics(robot, obstacles).state(q)
-        found = safe_velocity(robot, state, TARGETS, Gains(), Safety(), DT)
-        r = slowed(robot, gradient_projection(state, TARGETS, Gains()))
+        found = safe_velocity(robot, state, points(TARGETS), Gains(), Safety(), DT)
+        r = slowed(robot, gradient_projection(state, points(TARGETS), Gains()))
         if np.allclose(found, r):
             continue
         limits, H = (
@@ -213,14 +214,14 @@ def test_without_anything_in_the_way_it_is_eq_4_9(robot: Robot, Kinematics: type
     free = Kinematics(robot)
     q = robot.initial
     near = free.state(q).hands + 0.1
-    expected = gradient_projection(free.state(q), near, Gains(c_mu=0.1))
+    expected = gradient_projection(free.state(q), points(near), Gains(c_mu=0.1))
     assert (abs(expected) < robot.velocity_limit).all()
-    found = safe_velocity(robot, free.state(q), near, Gains(c_mu=0.1), Safety(), DT)
+    found = safe_velocity(robot, free.state(q), points(near), Gains(c_mu=0.1), Safety(), DT)
     np.testing.assert_array_equal(found, expected)
     # Beyond the speed limits it keeps its direction, so that the hands stay on their path.
-    fast = gradient_projection(free.state(q), TARGETS, Gains())
+    fast = gradient_projection(free.state(q), points(TARGETS), Gains())
     assert (abs(fast) > robot.velocity_limit).any()
-    found = safe_velocity(robot, free.state(q), TARGETS, Gains(), Safety(), DT)
+    found = safe_velocity(robot, free.state(q), points(TARGETS), Gains(), Safety(), DT)
     np.testing.assert_allclose(found, slowed(robot, fast), atol=1e-12)
 
 
@@ -232,10 +233,10 @@ def test_the_hands_give_way_before_a_constraint_does(robot: Robot) -> None:
     wall = HalfSpace(normal=(0.0, 1.0, 0.0), offset=float(hand[1]) - 0.05 - 0.011)
     state = kinematics.Kinematics(robot, (wall,)).state(q)
     behind = reference.hand_positions(q) + np.array([[0.0, -0.3, 0.0], [0.0, 0.0, 0.0]])
-    velocity = safe_velocity(robot, state, behind, Gains(c_mu=0.0, c_kappa=0.0), Safety(), DT)
+    velocity = safe_velocity(robot, state, points(behind), Gains(c_mu=0.0, c_kappa=0.0), Safety(), DT)
     assert_within(velocity, constraints(robot, state, Safety(), DT))
     assert abs((state.jacobian @ velocity)[1]) < 1e-6
-    wanted = gradient_projection(state, behind, Gains(c_mu=0.0, c_kappa=0.0))
+    wanted = gradient_projection(state, points(behind), Gains(c_mu=0.0, c_kappa=0.0))
     assert (state.jacobian @ wanted)[1] < -0.1
 
 
@@ -255,7 +256,7 @@ def test_a_step_from_a_safe_state_is_safe_and_within_limits(seed: int, distance:
 def step_is_safe(
     robot: Robot, obstacles: tuple[Obstacle, ...], q: np.ndarray, distance: float, dt: float, rng: np.random.Generator
 ) -> None:
-    from humanoid_rail import plan
+    from conftest import plan
 
     targets = {"left": tuple(rng.uniform(-2, 4, 3)), "right": tuple(rng.uniform(-2, 4, 3))}
     scene = Scene(name="a step", initial=tuple(q), targets=targets, obstacles=obstacles)
@@ -307,13 +308,13 @@ def test_where_the_wanted_speed_cannot_be_had_nothing_gets_nearer(robot: Robot) 
         HalfSpace(normal=(0, 1, 0), offset=-2.2321 - 0.05 - 0.001),
         HalfSpace(normal=(0, -1, 0), offset=-(2.2321 + 0.05 + 0.001)),
     )
-    for engine_kinematics in (kinematics.Kinematics, native.Kinematics):
+    for engine_kinematics in (kinematics.Kinematics, NativeKinematics):
         state = engine_kinematics(robot, walls).state(q)
         assert 0 < state.clearance.min() < 0.0011
     safety = Safety(safety_distance=1.5)
     state = kinematics.Kinematics(robot, walls).state(q)
-    velocity = safe_velocity(robot, state, TARGETS, Gains(), safety, DT)
-    fast = native.Kinematics(robot, walls).safe_velocity(TARGETS, Gains(), safety, DT)(q)
+    velocity = safe_velocity(robot, state, points(TARGETS), Gains(), safety, DT)
+    fast = constrained_velocity(NativeKinematics(robot, walls), points(TARGETS), Gains(), safety, DT)(q)
     near = state.pieces.distance < safety.target
     for found in (velocity, fast):
         assert (state.pieces.gradient[near] @ found >= -1e-7).all()
@@ -325,8 +326,10 @@ def test_speed_limits_may_be_infinite(robot: Robot, scene: Scene) -> None:
     state = kinematics.Kinematics(endless, scene.obstacles).state(robot.initial)
     limits = constraints(endless, state, Safety(), DT)
     assert limits.upper.max() <= FASTEST
-    expected = safe_velocity(endless, state, TARGETS, Gains(), Safety(), DT)
-    found = native.Kinematics(endless, scene.obstacles).safe_velocity(TARGETS, Gains(), Safety(), DT)(robot.initial)
+    expected = safe_velocity(endless, state, points(TARGETS), Gains(), Safety(), DT)
+    found = constrained_velocity(NativeKinematics(endless, scene.obstacles), points(TARGETS), Gains(), Safety(), DT)(
+        robot.initial
+    )
     assert np.isfinite(expected).all()
     np.testing.assert_allclose(found, expected, atol=1e-6)
 

@@ -6,9 +6,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from conftest import assert_gradient, random_q
+from conftest import assert_gradient, points, random_q
 
 from humanoid_rail import Gains, InvalidInput, Robot, Scene
+from humanoid_rail.kinematics.task import stack_error
 from humanoid_rail.resolution.velocity import (
     MAX_DAMPING,
     SINGULAR_VALUE,
@@ -22,7 +23,6 @@ from humanoid_rail.resolution.velocity import (
     pseudoinverse,
     redundant_velocity,
     secondary_velocity,
-    task_error,
 )
 
 TARGETS = np.array([[-2.0, 2.0, 4.0], [-2.0, 4.0, 4.0]])
@@ -92,8 +92,8 @@ def test_4_9_puts_them_together(robot: Robot, scene: Scene, rng: np.random.Gener
         inverse = J.T @ np.linalg.inv(J @ J.T)
         expected = -inverse @ np.diag([1, 2, 3, 4, 5, 6]) @ e
         expected = expected + (np.eye(12) - inverse @ J) @ secondary_velocity(state, gains)
-        np.testing.assert_allclose(gradient_projection(state, TARGETS, gains), expected, rtol=1e-8, atol=1e-9)
-        np.testing.assert_allclose(task_error(state, TARGETS), e)
+        np.testing.assert_allclose(gradient_projection(state, points(TARGETS), gains), expected, rtol=1e-8, atol=1e-9)
+        np.testing.assert_allclose(stack_error(state, points(TARGETS)), e)
 
 
 def test_penalty() -> None:

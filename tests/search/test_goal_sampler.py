@@ -2,14 +2,16 @@
 
 import numpy as np
 import pytest
-from humanoid_rail.planning.engines import get_engine
+from conftest import points
 from scipy.optimize import minimize
 
 from humanoid_rail import Robot, Scene, Sphere, load_robot
-from humanoid_rail.kinematics.task import Task
+from humanoid_rail.kinematics.inverse_kinematics import InverseKinematics
+from humanoid_rail.kinematics.task import PointTask
 from humanoid_rail.paper import dh_table as dh
 from humanoid_rail.scene.obstacles import Obstacle
-from humanoid_rail.search.goal_sampler import blocked_target, out_of_reach, pull, seeds
+from humanoid_rail.search.goal_sampler import pull, seeds
+from humanoid_rail.search.reachability import blocked_target, out_of_reach
 
 FREE = {"left": (0.6, -1.8, 2.6), "right": (0.6, 1.8, 2.6)}
 RADIUS = 0.05
@@ -20,13 +22,9 @@ def scene(*obstacles: Sphere, **targets: tuple[float, float, float]) -> Scene:
     return Scene(name="test", targets={**FREE, **targets}, obstacles=obstacles)
 
 
-def task(robot: Robot, targets: np.ndarray) -> Task:
-    return Task(robot, targets, robot, targets, tuple(range(len(targets))))
-
-
-def asked(scene: Scene) -> tuple[np.ndarray, tuple[Obstacle, ...]]:
-    """Return targets and obstacles."""
-    return np.array([scene.targets[name] for name in ("left", "right")]), scene.obstacles
+def asked(scene: Scene) -> tuple[tuple[PointTask, ...], tuple[Obstacle, ...]]:
+    """Return tasks and obstacles."""
+    return points(np.array([scene.targets[name] for name in ("left", "right")])), scene.obstacles
 
 
 @pytest.mark.parametrize(("gap", "blocked"), [(-0.1, True), (-0.011, True), (-0.009, False), (0.2, False)])
@@ -64,7 +62,7 @@ def test_how_far_a_target_is_out_of_reach(robot: Robot, rng: np.random.Generator
         for q0 in rng.uniform(robot.lower, robot.upper, (12, robot.n))
     )
     targets = np.array([dh.hands(robot.initial)[0], top])
-    reason = out_of_reach(task(robot, targets), robot.initial, get_engine("native"), rng, 0.01)
+    reason = out_of_reach(robot, points(targets), robot.initial, rng, 0.01)
     assert reason is not None
     assert "right hand is" in reason
     assert float(reason.split(" is ")[1].split(" m ")[0]) == pytest.approx(least**0.5, rel=0.01, abs=2e-3)
@@ -72,12 +70,12 @@ def test_how_far_a_target_is_out_of_reach(robot: Robot, rng: np.random.Generator
 
 def test_what_is_in_reach(robot: Robot, rng: np.random.Generator) -> None:
     for q in rng.uniform(robot.lower, robot.upper, (20, robot.n)):
-        assert out_of_reach(task(robot, dh.hands(q)), robot.initial, get_engine("native"), rng, 0.01) is None
+        assert out_of_reach(robot, points(dh.hands(q)), robot.initial, rng, 0.01) is None
 
 
 def test_targets_that_are_too_far_apart(robot: Robot, rng: np.random.Generator) -> None:
     targets = np.array([[0.6, -2.0, 2.6], [0.6, 5.5, 2.6]])
-    reason = str(out_of_reach(task(robot, targets), robot.initial, get_engine("native"), rng, 0.01))
+    reason = str(out_of_reach(robot, points(targets), robot.initial, rng, 0.01))
     assert reason.startswith("each target is in reach of its hand")
 
 
@@ -91,16 +89,16 @@ def test_seeds_begin_at_the_start_and_stay_within_the_limits(robot: Robot, rng: 
 
 
 def test_a_goal_is_pulled_to_the_start(robot: Robot, rng: np.random.Generator) -> None:
-    solver = get_engine("native").inverse_kinematics(robot, ())
+    solver = InverseKinematics(robot, ())
     targets = dh.hands(robot.initial).ravel() + 0.1
     goals = [
         posture.q
         for seed, _ in zip(seeds(robot, robot.initial, rng), range(40), strict=False)
-        if (posture := solver.solve(seed, targets, np.ones(6), 0.01)).reaches(0.01)
+        if (posture := solver.solve(seed, points(targets), 0.01)).reached
     ]
     shorter = 0
     for goal in goals:
-        nearer = pull(robot, goal, robot.initial, lambda q: solver.solve(q, targets, np.ones(6), 0.01), 0.01)
+        nearer = pull(robot, goal, robot.initial, lambda q: solver.solve(q, points(targets), 0.01))
         before, after = np.linalg.norm(goal - robot.initial), np.linalg.norm(nearer - robot.initial)
         assert after <= before
         shorter += after < 0.9 * before

@@ -8,19 +8,19 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from humanoid_rail.planning.engines import get_engine
 
 from humanoid_rail import Box, Robot
-from humanoid_rail.search.rrt_connect import Sampler, Validity
-from humanoid_rail.search.smoothing import path_length
+from humanoid_rail.collision.edge_checker import EdgeChecker
+from humanoid_rail.kinematics.path_metric import path_length
+from humanoid_rail.search.rrt_connect import Sampler
 
 WALL = Box(center=(0.9, 2.6, 3.2), size=(1.2, 0.1, 2.0))
 """Both arms have to go around it when the robot slides along the rail."""
 
 
 @pytest.fixture
-def validity(robot: Robot) -> Validity:
-    return get_engine("native").validity(robot, (WALL,), 0.01)
+def checker(robot: Robot) -> EdgeChecker:
+    return EdgeChecker(robot, (WALL,), 0.01)
 
 
 @pytest.fixture
@@ -32,65 +32,65 @@ def ends(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
     return start, goal
 
 
-def sampler(robot: Robot, validity: Validity, deadline: float = np.inf) -> Sampler:
-    return Sampler(robot, validity, robot.lower, robot.upper, deadline)
+def sampler(robot: Robot, checker: EdgeChecker, deadline: float = np.inf) -> Sampler:
+    return Sampler(robot, checker, robot.lower, robot.upper, deadline)
 
 
-def find(robot: Robot, validity: Validity, ends: tuple[np.ndarray, np.ndarray], seed: int) -> np.ndarray:
-    box = sampler(robot, validity)
+def find(robot: Robot, checker: EdgeChecker, ends: tuple[np.ndarray, np.ndarray], seed: int) -> np.ndarray:
+    box = sampler(robot, checker)
     path = box.connect(ends[0], [ends[1]], seed, 0.7, 20_000)
     assert path is not None
     return box.shorten(path, seed)
 
 
 def test_a_way_around_is_found_and_made_shorter(
-    robot: Robot, validity: Validity, ends: tuple[np.ndarray, np.ndarray]
+    robot: Robot, checker: EdgeChecker, ends: tuple[np.ndarray, np.ndarray]
 ) -> None:
     start, goal = ends
-    assert not validity.holds_between(start, goal)
-    box = sampler(robot, validity)
+    assert not checker.is_edge_valid(start, goal)
+    box = sampler(robot, checker)
     path = box.connect(start, [robot.lower, goal], 1, 0.7, 20_000)
     assert path is not None
     shorter = box.shorten(path, 1)
     for way in (path, shorter):
         np.testing.assert_allclose(way[[0, -1]], [start, goal], atol=1e-12)
-        assert all(validity.holds_between(a, b) for a, b in pairwise(way))
+        assert all(checker.is_edge_valid(a, b) for a, b in pairwise(way))
     assert path_length(robot, shorter) < path_length(robot, path)
     assert box.checks > 0
 
 
 def test_a_seed_gives_the_same_path_also_beside_other_threads(
-    robot: Robot, validity: Validity, ends: tuple[np.ndarray, np.ndarray]
+    robot: Robot, checker: EdgeChecker, ends: tuple[np.ndarray, np.ndarray]
 ) -> None:
-    alone = {seed: find(robot, validity, ends, seed) for seed in (1, 2)}
+    alone = {seed: find(robot, checker, ends, seed) for seed in (1, 2)}
     assert alone[1].shape != alone[2].shape or not np.array_equal(alone[1], alone[2])
     seeds = [1, 2] * 4
     with ThreadPoolExecutor(4) as threads:
-        checks = [get_engine("native").validity(robot, (WALL,), 0.01) for _ in seeds]
+        checks = [EdgeChecker(robot, (WALL,), 0.01) for _ in seeds]
         together = list(threads.map(lambda job: find(robot, job[1], ends, job[0]), zip(seeds, checks, strict=True)))
     for seed, path in zip(seeds, together, strict=True):
         np.testing.assert_array_equal(path, alone[seed])
 
 
-def test_the_number_of_checks_is_kept(robot: Robot, validity: Validity, ends: tuple[np.ndarray, np.ndarray]) -> None:
-    closed = get_engine("native").validity(robot, (Box(center=(0.0, 2.6, 3.0), size=(20.0, 0.1, 20.0)),), 0.01)
+def test_the_number_of_checks_is_kept(robot: Robot, checker: EdgeChecker, ends: tuple[np.ndarray, np.ndarray]) -> None:
+    closed = EdgeChecker(robot, (Box(center=(0.0, 2.6, 3.0), size=(20.0, 0.1, 20.0)),), 0.01)
     box = sampler(robot, closed)
     assert box.connect(*([ends[0], [ends[1]]]), 1, 0.7, 100) is None
     assert 100 <= box.checks <= 110
 
 
 def test_goals_that_are_none_are_left_out(
-    robot: Robot, validity: Validity, ends: tuple[np.ndarray, np.ndarray]
+    robot: Robot, checker: EdgeChecker, ends: tuple[np.ndarray, np.ndarray]
 ) -> None:
     """OMPL would wait for others."""
     inside = ends[0] + 2.6 * np.eye(robot.n)[0]
-    assert not validity.holds_at(inside)
-    assert sampler(robot, validity).connect(ends[0], [inside], 1, 0.7, 100) is None
-    assert sampler(robot, validity).connect(ends[0], [inside, ends[1]], 1, 0.7, 20_000) is not None
+    assert not checker.is_valid(inside)
+    assert sampler(robot, checker).connect(ends[0], [inside], 1, 0.7, 100) is None
+    assert sampler(robot, checker).connect(ends[0], [inside, ends[1]], 1, 0.7, 20_000) is not None
 
 
 def test_the_deadline_is_kept(robot: Robot, ends: tuple[np.ndarray, np.ndarray]) -> None:
-    closed = get_engine("native").validity(robot, (Box(center=(0.0, 2.6, 3.0), size=(20.0, 0.1, 20.0)),), 0.01)
+    closed = EdgeChecker(robot, (Box(center=(0.0, 2.6, 3.0), size=(20.0, 0.1, 20.0)),), 0.01)
     began = time.perf_counter()
     assert sampler(robot, closed, began + 0.2).connect(ends[0], [ends[1]], 1, 0.7, 10**9) is None
     assert time.perf_counter() - began < 1.0
@@ -102,16 +102,16 @@ def test_nothing_is_left_behind(robot: Robot, ends: tuple[np.ndarray, np.ndarray
     """OMPL's pointers and Python's would keep each other alive."""
 
     class Open:
-        def holds_at(self, q: np.ndarray) -> bool:
+        def is_valid(self, q: np.ndarray) -> bool:
             return True
 
-        def holds_between(self, a: np.ndarray, b: np.ndarray) -> bool:
+        def is_edge_valid(self, a: np.ndarray, b: np.ndarray) -> bool:
             return True
 
     def use() -> "weakref.ref[Open]":
-        validity = Open()
-        assert sampler(robot, validity).connect(ends[0], [ends[1]], 1, 0.7, 100) is not None
-        return weakref.ref(validity)
+        checker = Open()
+        assert sampler(robot, checker).connect(ends[0], [ends[1]], 1, 0.7, 100) is not None
+        return weakref.ref(checker)
 
     used = use()
     gc.collect()

@@ -7,17 +7,8 @@ from hypothesis import strategies as st
 
 from humanoid_rail import Robot, load_robot
 from humanoid_rail.kinematics.joint_limits import limit_violations, sampled
-from humanoid_rail.search.smoothing import (
-    LONGEST_CUT,
-    MAX_TURN,
-    PIECE_TURN,
-    path_length,
-    path_quality,
-    round_corners,
-    speed_units,
-    time_path,
-    turns,
-)
+from humanoid_rail.kinematics.path_metric import path_length, path_quality, speed_units, turns
+from humanoid_rail.search.smoothing import LONGEST_CUT, MAX_TURN, PIECE_TURN, round_corners, time_path
 
 ROBOT = load_robot()
 DT = 0.01
