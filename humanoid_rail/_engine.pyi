@@ -68,7 +68,7 @@ class ConfigurationTask(Task):
 class FunctionTask(Task):
     """A task that is computed in Python."""
 
-    def __init__(self, rows: int, function: Callable) -> None: ...
+    def __init__(self, rows: int, function: Callable[..., object]) -> None: ...
 
 class TaskStack:
     """Tasks one below the other."""
@@ -247,12 +247,12 @@ def closest_pairs(robot: Robot, obstacles: Obstacles, t: Annotated[NDArray[numpy
 class Gains:
     """Parameters of eq. 4.9."""
 
-    def __init__(self, gain: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], c_mu: float, c_kappa: float, epsilon: float, singular_value: float, objective: Callable | None = None) -> None: ...
+    def __init__(self, gain: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], c_mu: float, c_kappa: float, epsilon: float, singular_value: float, objective: Callable[..., object] | None = None) -> None: ...
 
 class Safety:
     """Parameters of the constraints of the safe velocity."""
 
-    def __init__(self, *, distance: float, gain: float, horizon: float, target: float, limit_gain: float, task_weight: float, least_rate: float, fastest: float, precision: float, shares: Sequence[float], equality: Callable | None = None) -> None: ...
+    def __init__(self, *, distance: float, gain: float, horizon: float, target: float, limit_gain: float, task_weight: float, least_rate: float, fastest: float, precision: float, shares: Sequence[float], equality: Callable[..., object] | None = None) -> None: ...
 
 class Settings:
     """When a motion ends, and how precisely it is integrated."""

@@ -41,14 +41,17 @@ KINEMATICS = {"native": NativeKinematics, "python": PythonKinematics}
 
 def plan(robot: Robot, scene: Scene, method: str = "auto", **options: Any) -> Trajectory:
     """Plan by a method of this name with these options."""
-    return humanoid_rail.plan(robot, scene, METHODS[method](**options) if method in METHODS else method)
+    known = isinstance(method, str) and method in METHODS
+    return humanoid_rail.plan(robot, scene, METHODS[method](**options) if known else method)
 
 
 def plan_many(
     robot: Robot, scenes: Any, *, n_jobs: Any = -1, progress: bool | None = None, method: str = "auto", **options: Any
 ) -> list[Any]:
     """Plan many scenes by a method of this name with these options."""
-    return humanoid_rail.plan_many(robot, scenes, METHODS[method](**options), n_jobs=n_jobs, progress=progress)
+    known = isinstance(method, str) and method in METHODS
+    chosen = METHODS[method](**options) if known else method
+    return humanoid_rail.plan_many(robot, scenes, chosen, n_jobs=n_jobs, progress=progress)
 
 
 LINKS = {"base_link": "B", "carriage": "rs", "waist": "T1", "lower_torso": "T2", "upper_torso": "T3", "chest": "T4"} | {

@@ -54,21 +54,23 @@ def check_tasks(tasks: Sequence[Task]) -> None:
 
 def _native(robot: Robot, task: Task, state_at: StateAt) -> _engine.Task:
     native = engine()
+    made: _engine.Task
     match task:
         case PointTask():
-            return native.PointTask(robot.hand(task.hand), np.array(task.offset, float), np.array(task.target, float))
+            made = native.PointTask(robot.hand(task.hand), np.array(task.offset, float), np.array(task.target, float))
         case DirectionTask():
             unit = np.array(task.direction, float) / np.linalg.norm(task.direction)
-            return native.DirectionTask(robot.hand(task.hand), task.axis(robot), unit, task.lever)
+            made = native.DirectionTask(robot.hand(task.hand), task.axis(robot), unit, task.lever)
         case RelativeTask():
             first, second = robot.hand(task.first), robot.hand(task.second)
-            return native.RelativeTask(first, second, np.array(task.difference, float))
+            made = native.RelativeTask(first, second, np.array(task.difference, float))
         case ConfigurationTask():
-            return native.ConfigurationTask(task.columns(robot), np.array(task.target, float))
+            made = native.ConfigurationTask(task.columns(robot), np.array(task.target, float))
         case _:  # one of the user's own
 
             def called_back(q: Array, t: float) -> tuple[Array, Array]:
                 state = state_at(q, t)
                 return np.asarray(task.error(state), float), np.asarray(task.jacobian(state), float)
 
-            return native.FunctionTask(task.rows, called_back)
+            made = native.FunctionTask(task.rows, called_back)
+    return made

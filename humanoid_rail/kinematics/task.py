@@ -17,7 +17,7 @@ import numpy as np
 import pinocchio as pin
 
 from humanoid_rail._arrays import Array
-from humanoid_rail.errors import InvalidInput
+from humanoid_rail.errors import InvalidInput, checked_number
 from humanoid_rail.kinematics.state import State
 from humanoid_rail.model.robot import Hand, Robot
 from humanoid_rail.scene.targets import Pose, Step, direction, position
@@ -58,6 +58,9 @@ class PointTask:
     """Where the point has to be, in the base frame, m."""
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Where the point is in the hand's frame, m; by default the hand's own point."""
+
+    def __post_init__(self) -> None:
+        _keep_vectors(self, "target", "offset")
 
     @property
     def rows(self) -> int:
@@ -102,6 +105,13 @@ class DirectionTask:
     lever: float = LEVER
     """What turns an angle into an error in m."""
 
+    def __post_init__(self) -> None:
+        _keep_vectors(self, "direction", *(["pointing"] if self.pointing is not None else []))
+        for name in ("direction", "pointing"):
+            if getattr(self, name) is not None and not any(getattr(self, name)):
+                raise InvalidInput(name, getattr(self, name), "a vector that is not 0")
+        object.__setattr__(self, "lever", checked_number("lever", self.lever, above=0.0))
+
     @property
     def rows(self) -> int:
         """3."""
@@ -143,6 +153,9 @@ class RelativeTask:
     difference: tuple[float, float, float]
     """Where the second hand has to be from the first, in the base frame, m."""
 
+    def __post_init__(self) -> None:
+        _keep_vectors(self, "difference")
+
     @property
     def rows(self) -> int:
         """3."""
@@ -179,6 +192,7 @@ class ConfigurationTask:
     def __post_init__(self) -> None:
         if len(self.joints) != len(self.target) or not self.joints:
             raise InvalidInput("target", self.target, f"a number for each of the joints {', '.join(self.joints)}")
+        object.__setattr__(self, "target", tuple(checked_number("target", value) for value in self.target))
 
     @property
     def rows(self) -> int:
@@ -275,6 +289,23 @@ def _further_points(hand: Hand, pose: Pose) -> Iterator[tuple[tuple[float, float
         across = np.cross(pointing, np.eye(3)[abs(pointing).argmin()])
         across /= np.linalg.norm(across)
         yield _triple(-LEVER * across), _triple(place - LEVER * pin.rpy.rpyToMatrix(*pose.rpy) @ across)
+
+
+def _keep_vectors(task: Task, *names: str) -> None:
+    """Keep vectors of a task as tuples of three finite numbers.
+
+    Raises:
+        InvalidInput: If one is none.
+    """
+    for name in names:
+        value = getattr(task, name)
+        try:
+            vector = np.asarray(value, float)
+        except (TypeError, ValueError):
+            vector = np.empty(0)
+        if vector.shape != (3,) or not np.isfinite(vector).all():
+            raise InvalidInput(name, value, "three finite numbers")
+        object.__setattr__(task, name, _triple(vector))
 
 
 def _rows_of(hand: int) -> slice:

@@ -10,8 +10,8 @@ import numpy as np
 from humanoid_rail._arrays import Array
 from humanoid_rail._native import engine
 from humanoid_rail.kinematics.native_tasks import StateAt
-from humanoid_rail.resolution import qp
-from humanoid_rail.resolution.integrate import MAX_EVALUATIONS, SINGULAR_TIME, Settings
+from humanoid_rail.resolution import integrate, qp
+from humanoid_rail.resolution.integrate import SINGULAR_TIME, Settings
 from humanoid_rail.resolution.qp import Safety, equality_rows
 from humanoid_rail.resolution.velocity import SINGULAR_VALUE, Gains, objective_velocity
 from humanoid_rail.result import Status
@@ -94,7 +94,7 @@ def native_settings(settings: Settings, K: Array) -> _engine.Settings:
         max_time=settings.max_time,
         rtol=settings.rtol,
         atol=settings.atol,
-        max_evaluations=MAX_EVALUATIONS,
+        max_evaluations=integrate.MAX_EVALUATIONS,
         patience=SINGULAR_TIME / K.min(),
         progress=PROGRESS_TIME / K.min(),
         planning_time=min(settings.max_planning_time, np.finfo(float).max),

@@ -27,6 +27,8 @@ from humanoid_rail import (
     verify,
     write_trajectory,
 )
+from humanoid_rail.collision.motion_bound import MotionBound
+from humanoid_rail.collision.swept_distance import SweptDistance
 from humanoid_rail.scene.shapes import placed_shapes, support
 
 TARGETS = {"left": (-1.6, 0.6, 3.4), "right": (-1.6, 2.2, 3.4)}

@@ -124,7 +124,7 @@ def test_passing_close_to_a_singularity_is_not_being_stuck_there(robot: Robot, p
 def test_stalled_when_velocity_jumps_back_and_forth(
     robot: Robot, scene: Scene, monkeypatch: pytest.MonkeyPatch, plan: Plan
 ) -> None:
-    monkeypatch.setattr("humanoid_rail.integration.MAX_EVALUATIONS", 50)
+    monkeypatch.setattr("humanoid_rail.resolution.integrate.MAX_EVALUATIONS", 50)
     trajectory = plan(robot, scene)
     assert trajectory.status is Status.STALLED
     assert 0 < trajectory.duration < 6

@@ -235,8 +235,6 @@ def test_configurations_of_the_wrong_size_are_refused(robot: Robot, q: np.ndarra
             call(q)
     with pytest.raises((ValueError, TypeError)):
         fast.along(q.reshape(1, -1) if q.ndim == 1 else q[:, :5])
-    with pytest.raises((ValueError, TypeError)):
-        projected_velocity(fast, points(TARGETS[:1]), Gains())(robot.initial)
 
 
 NAN, INF = float("nan"), float("inf")

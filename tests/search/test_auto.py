@@ -30,8 +30,8 @@ DEV = ROOT / "scenes" / "dev"
 UNSOLVABLE = sorted((ROOT / "scenes" / "unsolvable").iterdir())
 SOME = sorted(DEV.glob("sparse-*"))[::4] + sorted(DEV.glob("dense-*"))[::3] + sorted(DEV.glob("shelf-*"))[::2]
 DEEP = sorted(DEV.glob("deep-*"))[::2]
-BUDGET = 0.5
-"""For scenes that cannot be solved, s."""
+BUDGET = 2000
+"""Edge checks for scenes that cannot be solved."""
 
 
 @pytest.mark.parametrize("file", [*SOME, *DEEP], ids=lambda file: file.stem)
@@ -58,11 +58,9 @@ def test_scenes_are_solved(robot: Robot, file: Path) -> None:
 @pytest.mark.parametrize("file", UNSOLVABLE, ids=lambda file: file.stem)
 def test_what_cannot_be_solved_says_why(robot: Robot, file: Path) -> None:
     scene = load_scene(file)
-    began = time.perf_counter()
-    trajectory = plan(robot, scene, max_planning_time=BUDGET)
-    taken = time.perf_counter() - began
+    trajectory = plan(robot, scene, max_edge_checks=BUDGET)
     assert trajectory.status == file.stem.rsplit("-", 1)[0], trajectory.reason
-    assert taken < BUDGET + 1.0
+    assert trajectory.search.checks <= BUDGET + 1
     assert trajectory.found_by == ""
     assert trajectory.certified
     assert trajectory.certificate == verify(robot, scene, trajectory)
@@ -99,14 +97,6 @@ def test_the_same_plan_beside_others(robot: Robot) -> None:
     for scene, trajectory in zip(scenes, plan_many(robot, scenes, n_jobs=2, progress=False), strict=True):
         assert not isinstance(trajectory, Exception)
         np.testing.assert_array_equal(trajectory.q, plan(robot, scene).q)
-
-
-def test_the_python_engine_finds_a_way_too(robot: Robot) -> None:
-    """Into a shelf, where the native engine finds one by qp."""
-    scene = load_scene(DEV / "shelf-900000.json")
-    trajectory = plan(robot, scene, engine="python", max_planning_time=60.0)
-    assert trajectory.status is Status.REACHED, trajectory.reason
-    assert verify(robot, scene, trajectory).certified
 
 
 def test_where_there_is_nothing_in_the_way_the_way_is_straight(robot: Robot) -> None:
