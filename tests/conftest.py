@@ -120,6 +120,16 @@ def planned(robot: Robot, free: Scene) -> Trajectory:
     return humanoid_rail.plan(robot, free)
 
 
+def changed(trajectory: Trajectory, **values: Any) -> Trajectory:
+    """Return a trajectory with some fields of its parts changed."""
+    parts = {
+        name: {field: values.pop(field) for field in list(values) if hasattr(getattr(trajectory, name), field)}
+        for name in ("motion", "samples", "verdict", "provenance")
+    }
+    assert not values, values
+    return replace(trajectory, **{name: replace(getattr(trajectory, name), **new) for name, new in parts.items()})
+
+
 def points(targets: np.ndarray, hands: tuple[str, ...] = ("left", "right")) -> tuple[PointTask, ...]:
     """Return tasks that put hands at points (h, 3)."""
     at = np.asarray(targets, float).reshape(-1, 3).tolist()
@@ -176,11 +186,8 @@ def rest_to_rest(robot: Robot, trajectory: Trajectory, duration: float, dt: floa
     kinematics = humanoid_rail.Kinematics(robot)
     hands = np.array([kinematics.hand_positions(q) for q in path(s)]).reshape(len(t), -1, 3)
     clearance, ones = np.full((len(t), trajectory.clearance.shape[1]), np.inf), np.ones(len(t))
-    return replace(
-        trajectory,
-        motion=replace(trajectory.motion, t=t, q=path(s), timing=timing),
-        samples=replace(trajectory.samples, hands=hands, clearance=clearance, manipulability=ones),
-        verdict=replace(trajectory.verdict, arrivals=()),
+    return changed(
+        trajectory, t=t, q=path(s), hands=hands, clearance=clearance, manipulability=ones, timing=timing, arrivals=()
     )
 
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from conftest import random_q
+from conftest import changed, random_q
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -300,7 +300,7 @@ def test_a_trajectory_of_another_robot(robot: Robot, scene: Scene) -> None:
     trajectory = plan_case(robot, 3, dt=0.5)
     with pytest.raises(InvalidInput, match="joint_names"):
         backwards = tuple(reversed(trajectory.joint_names))
-        verify(robot, scene, replace(trajectory, motion=replace(trajectory.motion, joint_names=backwards)))
+        verify(robot, scene, replace(trajectory, motion=changed(trajectory.motion, joint_names=backwards)))
 
 
 def test_a_motion_of_one_sample(robot: Robot, scene: Scene) -> None:

@@ -7,13 +7,12 @@ import json
 import re
 import subprocess
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 import pytest
-from conftest import ROOT, rest_to_rest
+from conftest import ROOT, changed, rest_to_rest
 from ruamel.yaml import YAML
 
 from humanoid_rail import (
@@ -42,7 +41,7 @@ def motion(robot: Robot, raw: Trajectory) -> Trajectory:
     motion = rest_to_rest(robot, raw, duration=4.0)
     q = motion.q.copy()
     q[1, :4] = 1e-5, -2e-7, 1e16, 3e-310
-    return replace(motion, q=q)
+    return changed(motion, q=q)
 
 
 def points(message: dict, name: str) -> np.ndarray:
@@ -155,14 +154,14 @@ def test_a_plan_without_a_timing_has_positions_alone(raw: Trajectory, robot: Rob
 
 def test_nanoseconds_of_a_full_second_carry(raw: Trajectory, robot: Robot) -> None:
     t = np.linspace(0.0, 2.0 - 1e-11, len(raw.t))
-    assert joint_trajectory(replace(raw, t=t), robot)["points"][-1]["time_from_start"] == {"sec": 2, "nanosec": 0}
+    assert joint_trajectory(changed(raw, t=t), robot)["points"][-1]["time_from_start"] == {"sec": 2, "nanosec": 0}
 
 
 @pytest.mark.parametrize("bad", [-1.0, 1e-10, 3e9])
 def test_times_that_ros_cannot_tell_apart_or_hold_are_refused(raw: Trajectory, robot: Robot, bad: float) -> None:
     t = np.array([0.0, 0.05, 0.05 + bad]) if bad < 1e9 else np.array([0.0, 1.0, bad])
     with pytest.raises(InvalidInput, match=r"trajectory\.t .*nanosecond"):
-        joint_trajectory(replace(raw, t=t, q=raw.q[:3]), robot)
+        joint_trajectory(changed(raw, t=t, q=raw.q[:3]), robot)
 
 
 def test_csv_and_npz_are_what_a_plan_is_kept_as(motion: Trajectory, robot: Robot, scene: Scene, tmp_path: Path) -> None:
@@ -195,10 +194,10 @@ def test_what_cannot_be_exported_is_refused(
         (motion, "robot", "csv", "a", "robot"),
         (motion, robot, "csv", "", "out"),  # the folder itself
         (motion, other, "csv", "a", r"trajectory\.hand_names"),
-        (replace(motion, joint_names=robot.joint_names[::-1]), robot, "ros-yaml", "a", r"trajectory\.joint_names"),
-        (replace(motion, q=q), robot, "ros-json", "a", r"trajectory\.q"),
-        (replace(motion, timing=Timing(q, q, ())), robot, "mujoco", "a", r"trajectory\.velocity"),
-        (replace(motion, t=motion.t[:1], q=motion.q[:1]), robot, "mujoco", "a", r"trajectory\.t .*two samples"),
+        (changed(motion, joint_names=robot.joint_names[::-1]), robot, "ros-yaml", "a", r"trajectory\.joint_names"),
+        (changed(motion, q=q), robot, "ros-json", "a", r"trajectory\.q"),
+        (changed(motion, timing=Timing(q, q, ())), robot, "mujoco", "a", r"trajectory\.velocity"),
+        (changed(motion, t=motion.t[:1], q=motion.q[:1]), robot, "mujoco", "a", r"trajectory\.t .*two samples"),
         (raw, robot, "mujoco", "a", r"trajectory\.timing .*retimed"),
         (motion, robot, "ros-json", "x" * 300, "out"),
         (motion, robot, "mujoco", "x" * 300, "out"),
@@ -230,7 +229,7 @@ def test_an_older_file_is_replaced_and_kept_if_the_new_one_cannot_be_written(
 
 def test_an_export_does_not_replace_a_plan(motion: Trajectory, robot: Robot, scene: Scene, tmp_path: Path) -> None:
     """Both can be in one folder, whichever comes first."""
-    finite = replace(motion, q=np.clip(motion.q, robot.lower, robot.upper))
+    finite = changed(motion, q=np.clip(motion.q, robot.lower, robot.upper))
     for folder, order in ((tmp_path / "a", (1, -1)), (tmp_path / "b", (-1, 1))):
         for which in order:
             if which > 0:
@@ -245,7 +244,7 @@ def test_an_export_does_not_replace_a_plan(motion: Trajectory, robot: Robot, sce
 
 
 def test_every_format_can_be_written(motion: Trajectory, robot: Robot, scene: Scene, tmp_path: Path) -> None:
-    finite = replace(motion, q=np.clip(motion.q, robot.lower, robot.upper))
+    finite = changed(motion, q=np.clip(motion.q, robot.lower, robot.upper))
     for format in FORMATS:
         for path in export(finite, robot, scene, format, tmp_path / format):
             assert path.stat().st_size > 1000

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import subprocess
 import sys
-from dataclasses import replace
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,7 @@ import coal
 import numpy as np
 import pinocchio as pin
 import pytest
-from conftest import ROOT, rest_to_rest
+from conftest import ROOT, changed, rest_to_rest
 from scipy.interpolate import CubicHermiteSpline
 
 from humanoid_rail import (
@@ -130,7 +129,7 @@ def still(robot: Robot, motion: Trajectory, q: np.ndarray) -> Trajectory:
     """A motion of any robot that stays where it is."""
     zeros = np.zeros((3, robot.n))
     hands = np.tile(Kinematics(robot).hand_positions(q).reshape(-1, 3), (3, 1, 1))
-    return replace(
+    return changed(
         motion,
         t=np.array([0.0, 0.1, 0.2]),
         q=zeros + q,
@@ -341,7 +340,7 @@ def test_the_simulated_robot_follows_the_papers_third_case(folder: Path) -> None
 def test_the_drives_need_what_inverse_dynamics_says(motion: Trajectory, robot: Robot, tmp_path: Path) -> None:
     """Against Pinocchio: S^T of what all joints need, as the passive ones are moved by their leaders."""
     ends = np.array([robot.initial, motion.q[-1]])
-    line = replace(motion, q=ends[0] + np.linspace(0.0, 1.0, 9)[:, None] * (ends[1] - ends[0]))
+    line = changed(motion, q=ends[0] + np.linspace(0.0, 1.0, 9)[:, None] * (ends[1] - ends[0]))
     line = rest_to_rest(robot, line, duration=3.0)
     export(line, robot, nothing(robot), "mujoco", tmp_path)
     data, S = robot.model.createData(), robot.coupling

@@ -6,12 +6,12 @@ import csv
 import json
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
-from dataclasses import fields, replace
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import plan
+from conftest import changed, plan
 
 from humanoid_rail import InvalidInput, Robot, Scene, Trajectory, read_trajectory, write_trajectory
 
@@ -97,7 +97,7 @@ def test_collision_free_is_about_the_samples(trajectory: Trajectory) -> None:
     assert trajectory.collision_free
     clearance = trajectory.clearance.copy()
     clearance[3, 1] = -1e-6
-    assert not replace(trajectory, clearance=clearance).collision_free
+    assert not changed(trajectory, clearance=clearance).collision_free
 
 
 def test_nothing_is_left_half_written(trajectory: Trajectory, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -117,7 +117,7 @@ def test_nothing_is_left_half_written(trajectory: Trajectory, tmp_path: Path, mo
         monkeypatch.setattr(Path, "write_bytes", lambda path, content, at=name: full_disk_at(at, path, content))
         for folder in (old, tmp_path / "new"):
             with pytest.raises(InvalidInput, match="no space left"):
-                write_trajectory(replace(trajectory, reason="another"), folder)
+                write_trajectory(changed(trajectory, reason="another"), folder)
     assert {path.name: path.read_bytes() for path in old.iterdir()} == before
     assert not (tmp_path / "new").exists()
 

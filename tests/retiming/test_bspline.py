@@ -7,14 +7,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from humanoid_rail.planning.engines import get_engine
+from conftest import changed
 from scipy.interpolate import CubicHermiteSpline
 
 from humanoid_rail import Certificate, InvalidInput, Robot, Scene, Sphere, Timing, Trajectory, retime, verify
+from humanoid_rail.collision.spline_certifier import SAGITTA, certify_spline, deviation_from_chords
 from humanoid_rail.kinematics.joint_limits import JointMotion as Motion
 from humanoid_rail.kinematics.joint_limits import limit_violations
 from humanoid_rail.paper import dh_table as dh
-from humanoid_rail.retiming.bspline import SAGITTA, certify_spline, fastest_in_between, straying
+from humanoid_rail.retiming.bspline import fastest_in_between
 
 
 def test_a_faster_limit_than_the_robots_is_seen_between_the_samples_too(
@@ -38,7 +39,7 @@ def test_a_long_rest_is_one_piece(robot: Robot, planned: Trajectory, free: Scene
     """A pause of an hour without samples costs the certificate nothing."""
     motion = retime(planned, robot, free)
     assert motion.timing is not None
-    longer = replace(
+    longer = changed(
         motion,
         t=np.append(motion.t, motion.duration + 3600.0),
         q=np.vstack([motion.q, motion.q[-1:]]),
@@ -48,7 +49,7 @@ def test_a_long_rest_is_one_piece(robot: Robot, planned: Trajectory, free: Scene
 
     def certify(*arguments: Any) -> Any:
         pieces.append(len(arguments[2]))
-        return get_engine("native").certify(*arguments)
+        return certify(*arguments)
 
     for each in (motion, longer):
         assert certify_spline(robot, (), each.t, each.q, each.timing.velocity, certify).certified  # type: ignore[union-attr]
@@ -92,10 +93,10 @@ def test_a_spline_is_not_the_chords_between_its_samples(robot: Robot, planned: T
     bulge[robot.joint_names.index("waist_yaw")] += 0.75
     place = tuple(dh.hands(bulge)[1].tolist())
     scene = free.model_copy(update={"obstacles": (Sphere(center=place, radius=0.1),)})
-    motion = replace(planned, t=np.array([0.0, 1.0]), q=q)
+    motion = changed(planned, t=np.array([0.0, 1.0]), q=q)
     assert verify(robot, scene, motion).certified
     timing = Timing(velocity, np.zeros_like(q), ())
-    assert not verify(robot, scene, replace(motion, timing=timing)).certified
+    assert not verify(robot, scene, changed(motion, timing=timing)).certified
 
 
 def test_how_far_a_spline_strays_from_its_chords(robot: Robot, rng: np.random.Generator) -> None:
@@ -106,7 +107,7 @@ def test_how_far_a_spline_strays_from_its_chords(robot: Robot, rng: np.random.Ge
         q1 = q0 + 0.5 * dt * (v0 + v1) + rng.uniform(-1e-3, 1e-3, robot.n)
         spline = CubicHermiteSpline([0.0, dt], [q0, q1], [v0, v1])
         change = abs(spline([0.0, dt], 2)).max(axis=0, keepdims=True)
-        bound = straying(robot, np.array([0.0, dt]), np.array([q0, q1]), change)
+        bound = deviation_from_chords(robot, np.array([0.0, dt]), np.array([q0, q1]), change)
         for share in np.linspace(0.0, 1.0, 11):
             chord = (1.0 - share) * q0 + share * q1
             away = np.linalg.norm(dh.hands(spline(share * dt)) - dh.hands(chord), axis=1).max()
@@ -118,4 +119,4 @@ def test_how_far_a_spline_strays_from_its_chords(robot: Robot, rng: np.random.Ge
 def test_velocities_of_a_trajectory_have_its_shape(robot: Robot, planned: Trajectory, free: Scene) -> None:
     timing = Timing(np.zeros((2, robot.n)), np.zeros((2, robot.n)), ())
     with pytest.raises(InvalidInput, match=r"timing\.velocity"):
-        verify(robot, free, replace(planned, timing=timing))
+        verify(robot, free, changed(planned, timing=timing))
