@@ -25,7 +25,7 @@ from humanoid_rail.planning.options import (
     PlanningMethod,
     SafeOptions,
     check_no_turns,
-    check_whole,
+    checked_whole,
     found_by,
 )
 from humanoid_rail.problem import Problem
@@ -38,6 +38,9 @@ from humanoid_rail.scene.obstacles import at_rest
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.search.auto import Budget, as_far_as_qp, find_path, follow
 from humanoid_rail.search.reachability import followed
+
+LARGEST_SEED = 2**31 - 1
+"""Whole numbers go to the engines as 32 bits."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,8 +137,9 @@ class Auto(SafeOptions):
         if self.max_planning_time != np.inf:
             limit = checked_number("max_planning_time", self.max_planning_time, above=0.0)
             object.__setattr__(self, "max_planning_time", limit)
-        check_whole("seed", self.seed, 0, 2**31 - 1)
-        check_whole("max_edge_checks", self.max_edge_checks, 1, 2**31 - 1)
+        object.__setattr__(self, "seed", checked_whole("seed", self.seed, 0, LARGEST_SEED))
+        checks = checked_whole("max_edge_checks", self.max_edge_checks, 1, LARGEST_SEED)
+        object.__setattr__(self, "max_edge_checks", checks)
 
     def check(self, scene: Scene) -> None:
         """Check that hands are turned only among obstacles at rest.

@@ -209,14 +209,15 @@ def found_by(name: str, motion: Integration) -> str:
     return name if motion.status is Status.REACHED else ""
 
 
-def check_whole(name: str, value: object, least: int, most: int) -> None:
-    """Check that an option is a whole number.
+def checked_whole(name: str, value: object, least: int, most: int) -> int:
+    """Return an option that has to be a whole number.
 
     Raises:
         InvalidInput: If it is not.
     """
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or not least <= value <= most:
         raise InvalidInput(name, value, f"a whole number from {least} to {most}")
+    return int(value)
 
 
 def check_no_turns(scene: Scene) -> None:

@@ -36,7 +36,7 @@ from humanoid_rail import (
     robot_from_urdf,
 )
 from humanoid_rail.io.export import export
-from humanoid_rail.io.mujoco.actuators import drives
+from humanoid_rail.io.mujoco.actuators import position_actuators
 from humanoid_rail.io.mujoco.mjcf import mjcf
 
 mujoco = pytest.importorskip("mujoco")
@@ -59,7 +59,7 @@ def folder(motion: Trajectory, robot: Robot, scene: Scene, tmp_path_factory: pyt
 
 
 def text_of(robot: Robot, scene: Scene, motion: Trajectory) -> str:
-    return mjcf(robot, scene, motion, drives(robot, motion.q), motion.q[0])
+    return mjcf(robot, scene, motion, position_actuators(robot, motion.q), motion.q[0])
 
 
 def compiled(robot: Robot, scene: Scene, motion: Trajectory) -> Any:
@@ -416,7 +416,7 @@ def test_what_mujoco_cannot_have_is_refused(motion: Trajectory, scene: Scene, ot
 
 
 def test_the_player_needs_mujoco_and_numpy_alone(folder: Path) -> None:
-    assert (folder / "play.py").read_text() == (ROOT / "humanoid_rail" / "mujoco_player.py").read_text()
+    assert (folder / "play.py").read_text() == (ROOT / "humanoid_rail" / "io" / "mujoco" / "player.py").read_text()
     blocked = "import sys; sys.modules['humanoid_rail'] = None; import runpy; sys.argv = ['play.py', '--headless']"
     code = f"{blocked}; runpy.run_path({str(folder / 'play.py')!r}, run_name='__main__')"
     result = subprocess.run(
@@ -455,6 +455,6 @@ def test_the_viewer_plays_in_a_loop(folder: Path, monkeypatch: pytest.MonkeyPatc
 
 
 def test_nothing_but_the_player_imports_mujoco() -> None:
-    code = "import sys, humanoid_rail.export; print('mujoco' in sys.modules)"
+    code = "import sys, humanoid_rail.io.export; print('mujoco' in sys.modules)"
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
     assert result.stdout.strip() == "False"

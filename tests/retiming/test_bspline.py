@@ -11,6 +11,7 @@ from conftest import changed
 from scipy.interpolate import CubicHermiteSpline
 
 from humanoid_rail import Certificate, InvalidInput, Robot, Scene, Sphere, Timing, Trajectory, retime, verify
+from humanoid_rail.collision.certifier import certify
 from humanoid_rail.collision.spline_certifier import SAGITTA, certify_spline, deviation_from_chords
 from humanoid_rail.kinematics.joint_limits import JointMotion as Motion
 from humanoid_rail.kinematics.joint_limits import limit_violations
@@ -35,7 +36,9 @@ def test_a_faster_limit_than_the_robots_is_seen_between_the_samples_too(
     assert fast.violations == limit_violations(robot, Motion(fast.t, fast.q, fastest, fast.timing.acceleration))
 
 
-def test_a_long_rest_is_one_piece(robot: Robot, planned: Trajectory, free: Scene) -> None:
+def test_a_long_rest_is_one_piece(
+    robot: Robot, free: Scene, planned: Trajectory, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A pause of an hour without samples costs the certificate nothing."""
     motion = retime(planned, robot, free)
     assert motion.timing is not None
@@ -47,16 +50,20 @@ def test_a_long_rest_is_one_piece(robot: Robot, planned: Trajectory, free: Scene
     )
     pieces: list[int] = []
 
-    def certify(*arguments: Any) -> Any:
+    def counting(*arguments: Any) -> Any:
         pieces.append(len(arguments[2]))
         return certify(*arguments)
 
+    monkeypatch.setattr("humanoid_rail.collision.spline_certifier.certify", counting)
+
     for each in (motion, longer):
-        assert certify_spline(robot, (), each.t, each.q, each.timing.velocity, certify).certified  # type: ignore[union-attr]
+        assert certify_spline(robot, (), each.t, each.q, each.timing.velocity).certified  # type: ignore[union-attr]
     assert pieces[1] == pieces[0] + 1
 
 
-def test_a_velocity_that_jumps_in_its_change_is_bounded_from_both_sides(robot: Robot, planned: Trajectory) -> None:
+def test_a_velocity_that_jumps_in_its_change_is_bounded_from_both_sides(
+    robot: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The second derivative of a spline of another tool jumps at its samples: just before one it is the largest."""
     dt, q = 0.2, np.tile(robot.initial, (3, 1))
     yaw = robot.joint_names.index("waist_yaw")
@@ -67,7 +74,7 @@ def test_a_velocity_that_jumps_in_its_change_is_bounded_from_both_sides(robot: R
     spline = CubicHermiteSpline(t, q, velocity)
     bounds: list[np.ndarray] = []
 
-    def certify(_robot: Any, _obstacles: Any, fine: np.ndarray, places: np.ndarray) -> Certificate:
+    def looking(_robot: Any, _obstacles: Any, fine: np.ndarray, places: np.ndarray) -> Certificate:
         looks = np.linspace(0.0, 1.0, 9)
         for a, b, begin, end in zip(fine[:-1], fine[1:], places[:-1], places[1:], strict=True):
             chord = begin + looks[:, None] * (end - begin)
@@ -76,7 +83,8 @@ def test_a_velocity_that_jumps_in_its_change_is_bounded_from_both_sides(robot: R
             certified=True, min_clearance_obstacles=None, min_clearance_self=1.0, clearance_bound=1.0, contact=None
         )
 
-    found = certify_spline(robot, (), t, q, velocity, certify)
+    monkeypatch.setattr("humanoid_rail.collision.spline_certifier.certify", looking)
+    found = certify_spline(robot, (), t, q, velocity)
     assert found.clearance_bound is not None
     # Everything that turns with the waist is at most 3 m from its axis.
     away = max(bound[yaw] for bound in bounds)

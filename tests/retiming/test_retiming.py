@@ -296,7 +296,6 @@ def test_a_motion_by_eq_49_keeps_its_status_and_its_faults(robot: Robot, scene: 
         ({"acceleration_limit": "fast"}, "acceleration_limit"),
         ({"jerk_limit": float("nan")}, "jerk_limit"),
         ({"acceleration_limit": np.inf}, "acceleration_limit (rail)"),
-        ({"engine": "rust"}, "engine"),
     ],
 )
 def test_bad_arguments(

@@ -148,7 +148,7 @@ def test_obstacles_that_move_are_left_to_qp(robot: Robot) -> None:
     )
     trajectory, by_qp = plan(robot, moving), plan(robot, moving, "qp")
     np.testing.assert_array_equal(trajectory.q, by_qp.q)
-    assert (trajectory.found_by, trajectory.method, trajectory.search) == ("qp", "auto", None)
+    assert (trajectory.found_by, trajectory.method.name, trajectory.search) == ("qp", "auto", None)
 
 
 @pytest.mark.parametrize("dt", [1e-3, 0.05, 0.2, 1.0])

@@ -30,9 +30,12 @@ from humanoid_rail import (
     load_scene,
     plan_case,
 )
-from humanoid_rail.viewer.camera import sight
+from humanoid_rail.viewer.camera import viewpoint
 from humanoid_rail.viewer.closest_pairs import closest_of_all, closest_pairs
-from humanoid_rail.viewer.playback import FRAMES_PER_SECOND, HOLD, PENETRATION_COLOUR, SCALE, playback_html
+from humanoid_rail.viewer.colours import CLEARANCE_SCALE as SCALE
+from humanoid_rail.viewer.colours import PENETRATION_COLOUR
+from humanoid_rail.viewer.frames import FRAMES_PER_SECOND, HOLD
+from humanoid_rail.viewer.playback import playback_html
 
 needs_browser = pytest.mark.skipif(browser_path() is None, reason="Chromium (Debian: chromium) is not installed")
 
@@ -186,10 +189,10 @@ def test_the_camera_is_not_behind_a_wall(robot: Robot, scene: Scene) -> None:
     trajectory = plan_case(robot, 1, dt=0.5)
     for normal in ((1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (0.0, -1.0, 0.0)):
         wall = HalfSpace(normal=normal, offset=-6.0)
-        middle, camera = sight(robot, scene.model_copy(update={"obstacles": (wall,)}), trajectory)
+        middle, camera = viewpoint(robot, scene.model_copy(update={"obstacles": (wall,)}), trajectory)
         assert np.dot(normal, middle + camera) > -6.0
     far = scene.model_copy(update={"obstacles": (Sphere(center=(40.0, 0.0, 3.0), radius=1.0),)})
-    assert np.linalg.norm(sight(robot, far, trajectory)[0] - sight(robot, scene, trajectory)[0]) < 2.0
+    assert np.linalg.norm(viewpoint(robot, far, trajectory)[0] - viewpoint(robot, scene, trajectory)[0]) < 2.0
 
 
 def test_no_server_is_left_behind(robot: Robot, scene: Scene) -> None:
