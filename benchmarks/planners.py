@@ -10,16 +10,16 @@ from typing import NamedTuple
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.collision.certificate import Certificate
-from humanoid_rail.planning.engines import get_engine
 from humanoid_rail.errors import InvalidInput
 from humanoid_rail.kinematics.joint_limits import Violation, limit_violations, sampled
-from humanoid_rail.planning.planner import METHODS, plan
+from humanoid_rail.kinematics.path_metric import PathQuality
 from humanoid_rail.model.robot import Robot
-from humanoid_rail.resolution.rollout import PROGRESS_TIME
+from humanoid_rail.planning.methods import METHODS
+from humanoid_rail.planning.planner import plan
+from humanoid_rail.planning.verification import verify
+from humanoid_rail.resolution.native_options import PROGRESS_TIME
 from humanoid_rail.resolution.qp import Safety
 from humanoid_rail.scene.scene import Scene
-from humanoid_rail.search.effort import PathQuality
-from humanoid_rail.planning.verification import verify
 
 PINK = "pink"
 """The method of `pink_baseline.py`."""
@@ -39,11 +39,13 @@ class Motion(NamedTuple):
     q: Array
     """Configurations (N, n), m and rad."""
     status: str
+    """A :class:`humanoid_rail.Status`, or `failed`."""
     reason: str
+    """The status in a sentence."""
     certificate: Certificate
     violations: tuple[Violation, ...]
     planning_time: float
-    """s, the certificate included."""
+    """Time that planning took, the certificate included, s."""
     sampled: PathQuality | None = None
     """The path as a sampling planner found it first."""
 
@@ -51,26 +53,27 @@ class Motion(NamedTuple):
 Planner = Callable[[Robot, Scene], Motion]
 
 
-def make_planner(method: str, engine: str) -> Planner:
+def make_planner(method: str) -> Planner:
     """Return what plans by a method.
 
     Raises:
         InvalidInput: If there is no such method, or it is not installed.
     """
+    if method not in EVERY:
+        raise InvalidInput("method", method, f"one of {', '.join(EVERY)}")
     if method == PINK:
         if find_spec("pink") is None:
             raise InvalidInput("method", method, "an installed one; for Pink: pip install 'humanoid_rail[compare]'")
-        return partial(plan_by_pink, engine=engine)
-    if method not in EVERY:
-        raise InvalidInput("method", method, f"one of {', '.join(EVERY)}")
+        return plan_by_pink
     if method == RRT_CONNECT:
-        return partial(plan_by_rrt_connect, engine=engine)
-    return partial(plan_by_planner, method=method, engine=engine)
+        return plan_by_rrt_connect
+    return partial(plan_by_planner, method=method)
 
 
-def plan_by_planner(robot: Robot, scene: Scene, method: str, engine: str) -> Motion:
+def plan_by_planner(robot: Robot, scene: Scene, method: str) -> Motion:
     """Plan by a method of this package."""
-    found = plan(robot, scene, method, engine=engine)
+    found = plan(robot, scene, method)
+    assert found.certificate is not None  # there is an engine
     return Motion(
         found.t,
         found.q,
@@ -83,25 +86,25 @@ def plan_by_planner(robot: Robot, scene: Scene, method: str, engine: str) -> Mot
     )
 
 
-def plan_by_pink(robot: Robot, scene: Scene, engine: str) -> Motion:
+def plan_by_pink(robot: Robot, scene: Scene) -> Motion:
     """Roll out Pink within the limits, as far from everything as `qp` keeps, and give up where `qp` does."""
     from benchmarks.pink_baseline import Pink
 
     started = time.perf_counter()
     found = Pink(robot, scene, safety_distance=Safety().safety_distance).rollout(patience=PROGRESS_TIME)
-    certificate = verify(robot, scene, found, engine=engine)
+    certificate = verify(robot, scene, found)
     violations = limit_violations(robot, sampled(found.t, found.q))
     planning_time = time.perf_counter() - started
     return Motion(found.t, found.q, found.status, found.reason, certificate, violations, planning_time)
 
 
-def plan_by_rrt_connect(robot: Robot, scene: Scene, engine: str) -> Motion:
+def plan_by_rrt_connect(robot: Robot, scene: Scene) -> Motion:
     """Plan by inverse kinematics and RRT-Connect as they come."""
     from benchmarks.rrt_connect_baseline import plan_by_rrt_connect
 
     started = time.perf_counter()
-    found = plan_by_rrt_connect(robot, scene, get_engine(engine))
-    certificate = verify(robot, scene, found, engine=engine)
+    found = plan_by_rrt_connect(robot, scene)
+    certificate = verify(robot, scene, found)
     violations = limit_violations(robot, sampled(found.t, found.q))
     planning_time = time.perf_counter() - started
     return Motion(found.t, found.q, found.status, found.reason, certificate, violations, planning_time, found.sampled)

@@ -14,12 +14,13 @@ import numpy as np
 from ompl import base, geometric, util
 
 from humanoid_rail._arrays import Array
-from humanoid_rail.planning.engines import Engine
-from humanoid_rail.search.smoothing import path_quality, speed_units, time_path
+from humanoid_rail.collision.edge_checker import EdgeChecker
+from humanoid_rail.kinematics.native_kinematics import NativeKinematics
+from humanoid_rail.kinematics.path_metric import PathQuality, path_quality, speed_units
 from humanoid_rail.model.robot import Robot
-from humanoid_rail.scene.scene import Scene, target_points
-from humanoid_rail.search.effort import PathQuality
 from humanoid_rail.result import Status
+from humanoid_rail.scene.scene import Scene, target_points
+from humanoid_rail.search.smoothing import time_path
 
 GOALS = 10
 """How many goals are tried."""
@@ -44,84 +45,107 @@ class Baseline:
     q: Array
     """Configurations (N, n), m and rad."""
     status: str
+    """A :class:`humanoid_rail.Status`."""
     reason: str
+    """The status in a sentence."""
     sampled: PathQuality | None
     """The way as RRT-Connect found it, if it did."""
 
 
+class Goals:
+    """Configurations with the hands at the targets in which nothing touches, by inverse kinematics."""
+
+    def __init__(self, robot: Robot, scene: Scene, checker: EdgeChecker, seed: int) -> None:
+        self._robot, self._checker = robot, checker
+        self._kinematics = NativeKinematics(robot, scene.obstacles)
+        self._targets = target_points(robot, scene).ravel()
+        self._random = np.random.default_rng(seed)
+
+    def look(self) -> Array | None:
+        """Return a goal (n,), or None if a random configuration leads to none."""
+        robot = self._robot
+        q = self._random.uniform(robot.lower, robot.upper)
+        for _ in range(ITERATIONS):
+            state = self._kinematics.state(q)
+            error = self._targets - state.hands.ravel()
+            if np.linalg.norm(error) < ARRIVED:
+                return q if self._checker.is_valid(q) else None
+            J = state.jacobian
+            step = J.T @ np.linalg.solve(J @ J.T + DAMPING * np.eye(len(error)), error)
+            q = np.clip(q + step * min(1.0, LONGEST_STEP / abs(step).max()), robot.lower, robot.upper)
+        return None
+
+
+class Space:
+    """The robot's configurations in units of the speed limits, as OMPL has them."""
+
+    def __init__(self, robot: Robot, checker: EdgeChecker) -> None:
+        self.units, self.n = speed_units(robot), robot.n
+        space = base.RealVectorStateSpace(robot.n)
+        bounds = base.RealVectorBounds(robot.n)
+        for i, (low, high) in enumerate(zip(robot.lower / self.units, robot.upper / self.units, strict=True)):
+            bounds.setLow(i, low)
+            bounds.setHigh(i, high)
+        space.setBounds(bounds)
+        # OMPL must not know this object: through its own pointers neither would ever be freed.
+        n, units = self.n, self.units
+        self.information = base.SpaceInformation(space)
+        self.information.setStateValidityChecker(lambda state: checker.is_valid(np.array(state[0:n]) * units))
+        self.information.setStateValidityCheckingResolution(RESOLUTION / units.max() / space.getMaximumExtent())
+        self.information.setup()
+
+    def connect(self, start: Array, goal: Array, seconds: float) -> geometric.PathGeometric | None:
+        """Return a way between two configurations (n,) if RRT-Connect finds one in time."""
+        problem = base.ProblemDefinition(self.information)
+        problem.setStartAndGoalStates(self._state(start), self._state(goal))
+        planner = geometric.RRTConnect(self.information)
+        planner.setProblemDefinition(problem)
+        planner.setup()
+        planner.solve(seconds)
+        return problem.getSolutionPath() if problem.hasExactSolution() else None
+
+    def points(self, path: geometric.PathGeometric) -> Array:
+        """Return the configurations (K, n) of a way, m and rad."""
+        return np.array([state[0 : self.n] for state in path.getStates()]) * self.units
+
+    def _state(self, q: Array) -> base.RealVectorStateType:
+        state = self.information.allocState()
+        state[0 : self.n] = (q / self.units).tolist()
+        return state
+
+
 def plan_by_rrt_connect(
-    robot: Robot, scene: Scene, engine: Engine, seed: int = 0, dt: float = 0.01, max_time: float = 20.0
+    robot: Robot, scene: Scene, seed: int = 0, dt: float = 0.01, max_time: float = 20.0
 ) -> Baseline:
     """Plan from the start of a scene to its targets.
 
     Args:
         robot: The robot.
         scene: The scene; its obstacles are taken to rest.
-        engine: What tells where the hands are and whether anything touches.
         seed: Of the random numbers.
         dt: Time between samples, s.
         max_time: How long to look, s.
     """
     began = time.perf_counter()
-    random = np.random.default_rng(seed)
     start = np.array(robot.initial if scene.initial is None else scene.initial, float)
-    kinematics = engine.kinematics(robot, scene.obstacles)
-    validity = engine.validity(robot, scene.obstacles, 0.0)
-    targets = target_points(robot, scene).ravel()
-
-    def posture() -> Array | None:
-        q = random.uniform(robot.lower, robot.upper)
-        for _ in range(ITERATIONS):
-            state = kinematics.state(q)
-            error = targets - state.hands.ravel()
-            if np.linalg.norm(error) < ARRIVED:
-                return q if validity.holds_at(q) else None
-            J = state.jacobian
-            step = J.T @ np.linalg.solve(J @ J.T + DAMPING * np.eye(len(error)), error)
-            q = np.clip(q + step * min(1.0, LONGEST_STEP / abs(step).max()), robot.lower, robot.upper)
-        return None
-
-    units = speed_units(robot)
+    checker = EdgeChecker(robot, scene.obstacles, 0.0)
+    goals = Goals(robot, scene, checker, seed)
     util.setLogLevel(util.LOG_NONE)
     util.RNG.setSeed(seed + 1)
-    space = base.RealVectorStateSpace(robot.n)
-    bounds = base.RealVectorBounds(robot.n)
-    for i, (low, high) in enumerate(zip(robot.lower / units, robot.upper / units, strict=True)):
-        bounds.setLow(i, low)
-        bounds.setHigh(i, high)
-    space.setBounds(bounds)
-    information = base.SpaceInformation(space)
-    information.setStateValidityChecker(lambda state: validity.holds_at(np.array(state[0 : robot.n]) * units))
-    information.setStateValidityCheckingResolution(RESOLUTION / units.max() / space.getMaximumExtent())
-    information.setup()
-
-    def state_of(q: Array) -> base.RealVectorStateType:
-        state = information.allocState()
-        state[0 : robot.n] = (q / units).tolist()
-        return state
-
-    def points(path: geometric.PathGeometric) -> Array:
-        return np.array([state[0 : robot.n] for state in path.getStates()]) * units
-
+    space = Space(robot, checker)
     tried = 0
     for _ in range(MOST_STARTS):
         left = began + max_time - time.perf_counter()
         if tried == GOALS or left <= 0:
             break
-        goal = posture()
+        goal = goals.look()
         if goal is None:
             continue
         tried += 1
-        problem = base.ProblemDefinition(information)
-        problem.setStartAndGoalStates(state_of(start), state_of(goal))
-        planner = geometric.RRTConnect(information)
-        planner.setProblemDefinition(problem)
-        planner.setup()
-        planner.solve(min(GOAL_TIME, left))
-        if problem.hasExactSolution():
-            path = problem.getSolutionPath()
-            found = path_quality(robot, points(path))
-            geometric.PathSimplifier(information).simplifyMax(path)
-            t, q = time_path(robot, points(path), dt)
+        path = space.connect(start, goal, min(GOAL_TIME, left))
+        if path is not None:
+            found = path_quality(robot, space.points(path))
+            geometric.PathSimplifier(space.information).simplifyMax(path)
+            t, q = time_path(robot, space.points(path), dt)
             return Baseline(t, q, Status.REACHED, f"the way to goal {tried} was found", found)
     return Baseline(np.zeros(1), start[None], Status.STUCK, f"no way to any of {tried} goals was found", None)

@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 from humanoid_rail import HumanoidRailError, Status, load_robot
 from humanoid_rail.cli.console import console, print_table, run
 from humanoid_rail.paper.figures import clearance_figure, manipulability_figure, motion_figure, sweep_figure
-from humanoid_rail.io.trajectory_files import check_folder
-from humanoid_rail.paper.cases import CASES, SETTINGS, SweepPoint, bisect_claims, claims, paper_scene, plan_case, sweep_point
+from humanoid_rail.io.files import check_folder
+from humanoid_rail.paper.cases import CASES, OPTIONS, SweepPoint, bisect_claims, claims, paper_scene, plan_case, sweep_point
 
 ROBOTS = {"links 5 cm thick": 0.05, "links without thickness": 0.0}
 GRID = [round(0.1 * i, 1) for i in range(1, 31)]
@@ -44,7 +44,7 @@ def main(folder: str, sweep: bool, readme: Path | None) -> None:
         save(figure, out, f"figure_{first + 2:02d}_manipulability")
 
     rows = [[c.statement, c.paper, c.computed, "yes" if c.holds else "NO"] for c in claims(robot, cases)]
-    print_table("claims", f"Section 5, activation distance {SETTINGS['epsilon']:g} m", CLAIM_COLUMNS, rows, readme)
+    print_table("claims", f"Section 5, activation distance {OPTIONS['epsilon']:g} m", CLAIM_COLUMNS, rows, readme)
     if sweep:
         sweeps = find_ranges()
         save(sweep_figure([(s.robot, s.points, (s.low, s.high)) for s in sweeps]), out, "sweep_activation_distance")
@@ -53,7 +53,7 @@ def main(folder: str, sweep: bool, readme: Path | None) -> None:
         ]
         print_table("ranges", "Activation distances at which all claims hold at once", RANGE_COLUMNS, ranges, readme)
         print_table("safe", "Case 2 at every activation distance of the sweep", SAFE_COLUMNS, safe_rows(sweeps), readme)
-    console.print(f"Figures: {out}", soft_wrap=True)
+    console().print(f"Figures: {out}", soft_wrap=True)
 
 
 def safe_rows(sweeps: Sequence[Sweep]) -> list[list[str]]:

@@ -79,7 +79,7 @@ def main(picture: Path, case: int, scene_file: str | None, at: float) -> None:
             seek(page, at)
             picture.parent.mkdir(parents=True, exist_ok=True)
             page.screenshot(path=str(picture))
-    console.print(f"{picture}", soft_wrap=True)
+    console().print(f"{picture}", soft_wrap=True)
 
 
 if __name__ == "__main__":

@@ -21,7 +21,7 @@ COMMANDS = {
 
 
 class _Commands(click.Group):
-    """Imports a command when it is called: most of them load much, and the list of them needs nothing of it."""
+    """Imports a command when it is called, because the list of commands needs none of the libraries they load."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(COMMANDS)
@@ -41,12 +41,12 @@ class _Commands(click.Group):
     cls=_Commands,
     invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 120},
-    epilog="Exit code: 0 if it went well, 1 if targets are not reached or nothing is proven, 2 after bad input.",
+    epilog="Exit code: 0 on success, 1 if targets are not reached or a motion is not certified, 2 after bad input.",
 )
 @click.version_option(__version__, package_name="humanoid_rail", message="humanoid_rail %(version)s")
 @click.pass_context
 def commands(ctx: click.Context) -> None:
-    """Motion planning for a two-armed robot on a rail, which reaches with both hands and touches nothing.
+    """Collision-free motion planning for a two-armed robot on a rail.
 
     Begin with `humanoid-rail plan scenes/picks.yaml --retime --out out/picks`, then `humanoid-rail play out/picks`.
     """

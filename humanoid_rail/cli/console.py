@@ -91,9 +91,9 @@ def run(command: click.Command, arguments: Sequence[str] | None = None) -> None:
 
 
 def print_table(
-    name: str, title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], readme: Path | None = None
+    name: str, title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], page: Path | None = None
 ) -> None:
-    """Print a table, and put it between the marks of its name in a Markdown file, if one is given.
+    """Print a table, and write it between the marks of its name in a Markdown file, if one is given.
 
     Raises:
         InvalidInput: If the file does not have the marks.
@@ -104,15 +104,24 @@ def print_table(
     for row in rows:
         table.add_row(*row)
     console().print(table)
-    if readme is not None:
-        lines = [columns, ["---"] * len(columns), *rows]
-        markdown = "\n".join(f"| {' | '.join(line)} |" for line in lines)
-        begin, end = f"<!-- {name} -->", f"<!-- /{name} -->"
-        before, begun, rest = readme.read_text(encoding="utf-8").partition(begin)
-        _, ended, after = rest.partition(end)
-        if not (begun and ended):
-            raise InvalidInput("readme", str(readme), f"a file with the marks {begin} and {end}")
-        readme.write_text(f"{before}{begin}\n{markdown}\n{end}{after}", encoding="utf-8")
+    if page is not None:
+        write_table(name, columns, rows, page)
+
+
+def write_table(name: str, columns: Sequence[str], rows: Sequence[Sequence[str]], page: Path) -> None:
+    """Write a table between the marks of its name in a Markdown file.
+
+    Raises:
+        InvalidInput: If the file does not have the marks.
+    """
+    lines = [columns, ["---"] * len(columns), *rows]
+    markdown = "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    begin, end = f"<!-- {name} -->", f"<!-- /{name} -->"
+    before, begun, rest = page.read_text(encoding="utf-8").partition(begin)
+    _, ended, after = rest.partition(end)
+    if not (begun and ended):
+        raise InvalidInput("page", str(page), f"a file with the marks {begin} and {end}")
+    page.write_text(f"{before}{begin}\n{markdown}\n{end}{after}", encoding="utf-8")
 
 
 def has_display() -> bool:

@@ -8,7 +8,8 @@ import click
 
 from humanoid_rail.cli.console import Command, console
 from humanoid_rail.cli.plan_folder_options import GROUP, reads_a_plan
-from humanoid_rail.cli.report import why_not_certified
+from humanoid_rail.cli.report import NO_ENGINE, why_not_certified
+from humanoid_rail.errors import EngineMissing
 from humanoid_rail.io.export import FORMATS, export
 from humanoid_rail.io.plan_folder import Plan, read_plan
 from humanoid_rail.planning.verification import verify
@@ -16,7 +17,7 @@ from humanoid_rail.result import Status
 
 
 class _Export(Command):
-    """Says what the formats are."""
+    """Lists the formats in its help."""
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Formats"):
@@ -28,7 +29,7 @@ class _Export(Command):
     examples={
         "humanoid-rail export out/case3 --format csv -o case3.csv": "A table of times, joints and hands.",
         "humanoid-rail export out/case3 --format ros-yaml -o case3.yaml": "A message for ROS 2.",
-        "humanoid-rail export out/deep --format mujoco -o deep": "A folder for MuJoCo, of a motion that was retimed.",
+        "humanoid-rail export out/picks --format mujoco -o picks": "A folder for MuJoCo, of a motion that was retimed.",
     },
     groups=GROUP,
 )
@@ -50,13 +51,17 @@ def command(folder: str, scene_file: str | None, robot_file: str | None, format:
 def _faults(plan: Plan) -> Iterator[str]:
     """Say why a robot should not run a motion."""
     trajectory = plan.trajectory
-    certificate = verify(plan.robot, plan.scene, trajectory)
-    if not certificate.certified:
-        yield f"the motion is not certified: {why_not_certified(certificate)}."
+    try:
+        certificate = verify(plan.robot, plan.scene, trajectory)
+    except EngineMissing:
+        yield f"the motion is not certified: {NO_ENGINE}."
+    else:
+        if not certificate.certified:
+            yield f"the motion is not certified: {why_not_certified(certificate)}."
     if trajectory.violations:
         joints = ", ".join(dict.fromkeys(violation.joint for violation in trajectory.violations))
-        yield f"the motion is beyond limits, of {joints}."
+        yield f"the motion exceeds limits of {joints}."
     if trajectory.status is not Status.REACHED:
         yield f"{trajectory.status}, {trajectory.reason}."
     if trajectory.timing is None:
-        yield "the motion starts at full speed, which no drive can follow; plan with --retime."
+        yield "the motion starts at full speed; plan with --retime for a drive."

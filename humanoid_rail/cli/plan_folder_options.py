@@ -12,7 +12,7 @@ GROUP = {"Instead of what is in FOLDER": ("scene_file", "robot_file")}
 
 
 def reads_a_plan(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Give a command the arguments of :func:`humanoid_rail.plan_folder.read_plan`."""
+    """Give a command the arguments of :func:`humanoid_rail.io.plan_folder.read_plan`."""
     for decorate in (
         click.option(
             "--robot", "robot_file", metavar="FILE", help="URDF of the robot, as `humanoid-rail urdf` has it."

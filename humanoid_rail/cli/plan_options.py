@@ -44,6 +44,8 @@ def numbers(_context: click.Context, _option: click.Parameter, text: str | None)
     return values[0] if len(values) == 1 else values
 
 
+IN_PYTHON_ONLY = ("objectives", "equalities", "far_clearances", "rtol", "atol")
+"""These fields of the methods are not options of the command line."""
 METHOD_OPTIONS = (
     click.option("--safety-distance", type=float, help="Clearance that qp and auto keep, m  [0.01]"),
     click.option("--damper-gain", type=float, help="How fast qp and auto let clearances fall to it, 1/s  [1.4]"),
@@ -77,16 +79,22 @@ def method_options(method: str, options: Mapping[str, Any]) -> dict[str, Any]:
     """Return the options that were given, if the method has them.
 
     Raises:
-        InvalidInput: If there is no such method, or it has no such option.
+        InvalidInput: If there is no such method.
+        click.UsageError: If it has no such option.
     """
     if method not in METHODS:
         as_method(method)  # says what there is
     given = {name: value for name, value in options.items() if value is not None}
-    for name, value in given.items():
-        with_it = [known for known, kind in METHODS.items() if name in {field.name for field in fields(kind)}]
-        if method not in with_it:
-            raise InvalidInput(name, value, f"no option of --method {method}; it is one of {' and '.join(with_it)}")
+    for name in given:
+        if method not in (who := methods_with(name)):
+            option = f"--{name.replace('_', '-')}"
+            raise click.UsageError(f"{option} is not an option of the method {method}, but of {' and '.join(who)}")
     return given
+
+
+def methods_with(option: str) -> list[str]:
+    """Return the names of the methods that have an option."""
+    return [name for name, method in METHODS.items() if option in {field.name for field in fields(method)}]
 
 
 def method_of(method: str | None, options: Mapping[str, Any]) -> PlanningMethod:
@@ -104,10 +112,9 @@ def retiming_options(retimed: bool, options: Mapping[str, float | None]) -> dict
     """Return the arguments of the retiming that were given.
 
     Raises:
-        InvalidInput: If there are some, but nothing is to be retimed.
+        click.UsageError: If there are some, but nothing is to be retimed.
     """
     given = {name: value for name, value in options.items() if value is not None}
     if given and not retimed:
-        field, value = next(iter(given.items()))
-        raise InvalidInput(field, value, "none without --retime")
+        raise click.UsageError(f"--{next(iter(given)).replace('_', '-')} needs --retime")
     return given

@@ -10,6 +10,9 @@ from humanoid_rail.collision.certificate import Certificate
 from humanoid_rail.kinematics.path_metric import PathQuality
 from humanoid_rail.trajectory import Trajectory
 
+NO_ENGINE = "nothing can be proven without the native engine"
+"""This is said of a motion that has no certificate."""
+
 
 def report_plan(title: str, trajectory: Trajectory) -> None:
     """Print a short table of what came of a plan."""
@@ -88,9 +91,9 @@ def why_not_certified(certificate: Certificate) -> str:
 
 def _certified(certificate: Certificate | None, end: float) -> str:
     if certificate is None:
-        return "not looked at: the native engine is not installed"
+        return f"no: {NO_ENGINE}"
     if not certificate.certified:
-        return f"NO: {why_not_certified(certificate)}"
+        return f"no: {why_not_certified(certificate)}"
     bound = certificate.clearance_bound
     nothing = "yes: there is nothing to touch"
     return nothing if bound is None else f"yes: no clearance below {bound:.4f} m until t = {end:.4g} s"

@@ -14,7 +14,7 @@ from humanoid_rail.model.library import build_urdf, xacro_arguments
 
 
 class _Urdf(Command):
-    """Says what the robot's arguments are, which it reads for that alone."""
+    """Lists the arguments of the robot in its help."""
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Arguments of the robot, with their defaults"):

@@ -87,7 +87,9 @@ def _motion(summary: Mapping[str, Any], arrays: Mapping[str, Any]) -> Motion:
     timing = None
     if summary["peaks"] is not None:
         # JSON knows no infinity.
-        peaks = [{name: np.inf if v is None else v for name, v in peak.items()} for peak in summary["peaks"]]
+        peaks: list[dict[str, Any]] = [
+            {name: np.inf if value is None else value for name, value in peak.items()} for peak in summary["peaks"]
+        ]
         derivatives = frozen(arrays["velocity"]), frozen(arrays["acceleration"])
         timing = Timing(*derivatives, tuple(Peak(**peak) for peak in peaks))
     return Motion(frozen(arrays["t"]), frozen(arrays["q"]), tuple(summary["joint_names"]), timing)
