@@ -1,1 +1,1 @@
-"""Measurements of the planner, beside other methods and other versions. Run from a checkout: `python -m benchmarks.evaluate` say."""
+"""Benchmarks: what compares planning methods and measures times. Run from the checkout, not part of the wheel."""

@@ -11,8 +11,8 @@ from pathlib import Path
 import click
 import numpy as np
 
-from humanoid_rail.cli.console import Command, console, print_table, progress, progress_bar
 from benchmarks.evaluation import (
+    ALL,
     Evaluation,
     Outcome,
     Row,
@@ -24,11 +24,12 @@ from benchmarks.evaluation import (
 )
 from benchmarks.machine import machine
 from benchmarks.planners import EVERY, FAILED, make_planner
-from humanoid_rail.planning.engines import ENGINES, get_engine
+from humanoid_rail.cli.console import Command, console, print_table, run
 from humanoid_rail.errors import InvalidInput
-from humanoid_rail.io.trajectory_files import check_folder
-from humanoid_rail.planning.planner import METHODS
-from humanoid_rail.model.robot import load_robot
+from humanoid_rail.io.files import check_folder
+from humanoid_rail.model.library import load_robot
+from humanoid_rail.planning.methods import METHODS
+from humanoid_rail.progress import progress, progress_bar
 
 PICTURES = (".png", ".svg")
 """Suffixes of the figure."""
@@ -51,30 +52,36 @@ COLUMNS = (
     "sampled turn [deg]",
 )
 
+RESULT_COLUMNS = ("method", "reached and certified", "median planning time [ms]", "path [s]")
+RESULTS = ("auto", "qp", "gradient-projection", "ik + rrt-connect")
+"""The README has a row for each of these."""
+
 
 @click.command(
     cls=Command,
     examples={
-        "humanoid-rail evaluate scenes/dev": "The planner's methods, on 75 scenes.",
-        "humanoid-rail evaluate scenes/dev --family deep --method auto --method 'ik + rrt-connect'": "Two, on 15.",
+        "python -m benchmarks.evaluate scenes/dev": "The planner's methods, on 75 scenes.",
+        "python -m benchmarks.evaluate scenes/dev --family deep --method auto --method 'ik + rrt-connect'": "Two, on 15.",
     },
-    groups={"What to compare": ("methods", "wanted", "engine"), "Results": ("json_file", "figure", "readme")},
+    groups={"What to compare": ("methods", "wanted"), "Results": ("json_file", "figure", "table", "results")},
 )
 @click.argument("folder", metavar="DIR")
 @click.option("--method", "methods", multiple=True, help=f"One of {', '.join(EVERY)}; again for more.")
 @click.option("--family", "wanted", multiple=True, help="Only the scenes of this family, `shelf` say; again for more.")
-@click.option("--engine", default="native", help=f"One of {', '.join(ENGINES)}.", show_default=True)
 @click.option("--json", "json_file", type=click.Path(dir_okay=False, path_type=Path), help="File for the figures.")
 @click.option("--figure", type=click.Path(dir_okay=False, path_type=Path), help="File for the picture, PNG or SVG.")
-@click.option("--readme", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Markdown file to update.")
+@click.option(
+    "--table", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Markdown file for the table."
+)
+@click.option("--results", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="The same for four rows.")
 def command(
     folder: str,
     methods: tuple[str, ...],
     wanted: tuple[str, ...],
-    engine: str,
     json_file: Path | None,
     figure: Path | None,
-    readme: Path | None,
+    table: Path | None,
+    results: Path | None,
 ) -> None:
     """Plan every scene in DIR, one at a time, and print what came of it per family of scenes.
 
@@ -87,8 +94,7 @@ def command(
     and with barriers for all that `qp` keeps clear of; it plans nothing by itself, so its motion is rolled out.
     `ik + rrt-connect` is what a textbook makes of inverse kinematics and OMPL.
     """
-    engine = get_engine(engine).name  # where the native engine was not built, a warning says so once
-    planners = {method: make_planner(method, engine) for method in dict.fromkeys(methods or METHODS)}
+    planners = {method: make_planner(method) for method in dict.fromkeys(methods or METHODS)}
     if figure is not None:
         check_figure(figure)
     for file in (json_file, figure):
@@ -102,20 +108,22 @@ def command(
             attempt(planner, robot, scenes[0])
     with progress_bar("planning", len(scenes) * len(planners)) as advance:
         outcomes = evaluate(robot, scenes, planners, advance)
-    evaluation = Evaluation(measured_on, engine, make_rows(outcomes), outcomes)
+    evaluation = Evaluation(measured_on, make_rows(outcomes), outcomes)
 
     if json_file is not None:
         json_file.parent.mkdir(parents=True, exist_ok=True)
         json_file.write_text(json.dumps(asdict(evaluation), indent=2) + "\n", encoding="utf-8")
     if figure is not None:
         save_figure(outcomes, figure)
-    if not console.is_terminal:
-        console.width = max(console.width, WIDTH)
-    console.print(evaluation.machine)
+    if not console().is_terminal:
+        console().width = max(console().width, WIDTH)
+    console().print(evaluation.machine)
     for outcome in outcomes:
         if outcome.status == FAILED:
-            console.print(f"{outcome.scene} by {outcome.method} failed: {outcome.reason}", soft_wrap=True)
-    print_table("evaluation", "Evaluation", COLUMNS, [cells(row) for row in evaluation.rows], readme)
+            console().print(f"{outcome.scene} by {outcome.method} failed: {outcome.reason}", soft_wrap=True)
+    print_table("evaluation", "Evaluation", COLUMNS, [cells(row) for row in evaluation.rows], table)
+    if results is not None:
+        print_table("results", "Results", RESULT_COLUMNS, result_rows(evaluation.rows), results)
 
 
 def check_figure(figure: Path) -> None:
@@ -145,6 +153,21 @@ def cells(row: Row) -> Sequence[str]:
     ]
 
 
+def result_rows(rows: Sequence[Row]) -> list[list[str]]:
+    """Return the rows of the README: what came of all scenes by each method."""
+    found = {row.method: row for row in rows if row.family == ALL}
+    return [
+        [
+            method,
+            f"{found[method].reached_and_certified} of {found[method].scenes}",
+            f"{1e3 * found[method].median_time:.1f}",
+            _said(found[method].path_length, 0.0)[0],
+        ]
+        for method in RESULTS
+        if method in found
+    ]
+
+
 def _said(length: float | None, turn: float | None) -> tuple[str, str]:
     if length is None or turn is None:
         return "", ""
@@ -161,3 +184,7 @@ def save_figure(outcomes: Sequence[Outcome], file: Path) -> None:
         times.append(o.planning_time if o.good else np.inf)
     file.parent.mkdir(parents=True, exist_ok=True)
     planning_time_figure(families).savefig(file, dpi=130)
+
+
+if __name__ == "__main__":
+    run(command)

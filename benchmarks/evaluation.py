@@ -10,13 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
-from humanoid_rail.collision.certificate import Certificate
-from benchmarks.planners import FAILED, Motion, Planner
+from benchmarks.planners import FAILED, NOTHING_PROVEN, Motion, Planner
 from humanoid_rail.errors import MISSING, InvalidInput
-from humanoid_rail.search.smoothing import path_quality
+from humanoid_rail.kinematics.path_metric import path_quality
 from humanoid_rail.model.robot import Robot
-from humanoid_rail.scene.scene import Scene, check_scene, is_of_a_scene, load_scene
 from humanoid_rail.result import Status
+from humanoid_rail.scene.scene import Scene, check_scene, is_of_a_scene, load_scene
 
 SUFFIXES = (".json", ".yaml", ".yml")
 """Of scene files."""
@@ -108,8 +107,6 @@ class Evaluation:
     """Everything that was found."""
 
     machine: str
-    engine: str
-    """What planned and certified."""
     rows: list[Row]
     outcomes: list[Outcome]
 
@@ -185,8 +182,7 @@ def attempt(planner: Planner, robot: Robot, scene: Scene) -> Motion:
             raise
         planning_time = time.perf_counter() - started
         start = np.array(robot.initial if scene.initial is None else scene.initial)
-        nothing = Certificate(False, None, None, None, None)
-        return Motion(np.zeros(1), start[None], FAILED, str(error), nothing, (), planning_time)
+        return Motion(np.zeros(1), start[None], FAILED, str(error), NOTHING_PROVEN, (), planning_time)
 
 
 def judge(robot: Robot, scene: Scene, method: str, motion: Motion) -> Outcome:

@@ -17,16 +17,16 @@ from pink.exceptions import PinkError
 from pink.tasks import FrameTask
 from qpsolvers.exceptions import QPError
 
-from humanoid_rail._arrays import Array
 from benchmarks.planners import FAILED
+from humanoid_rail._arrays import Array
+from humanoid_rail._native import engine
 from humanoid_rail.errors import InvalidInput
-from humanoid_rail.scene.obstacles import is_moving
 from humanoid_rail.model.robot import Robot
-from humanoid_rail.resolution.rollout import PROGRESS
 from humanoid_rail.resolution.qp import PRECISION
+from humanoid_rail.result import Status
+from humanoid_rail.scene.obstacles import is_moving
 from humanoid_rail.scene.scene import Scene, target_points
 from humanoid_rail.scene.shapes import placed_shapes
-from humanoid_rail.result import Status
 
 SOLVER = "daqp"
 """The fastest of the QP solvers that Pink takes, on problems of this size."""
@@ -163,7 +163,7 @@ class Pink:
             self.configuration.integrate_inplace(velocity, self.dt)
             path.append(self.configuration.q.copy())
             left = self.error()
-            if left < (1.0 - PROGRESS) * best:
+            if left < (1.0 - engine().PROGRESS) * best:
                 best, best_step = left, step
         return ended(Status.REACHED)
 

@@ -27,6 +27,8 @@ RRT_CONNECT = "ik + rrt-connect"
 """The method of `rrt_connect_baseline.py`."""
 EVERY = (*METHODS, PINK, RRT_CONNECT)
 """All methods."""
+NOTHING_PROVEN = Certificate(False, None, None, None, None)
+"""This is known of a motion that could not be looked at."""
 FAILED = "failed"
 """The status where there is no plan: the start touches something, or Pink has no next step."""
 
@@ -79,7 +81,7 @@ def plan_by_planner(robot: Robot, scene: Scene, method: str) -> Motion:
         found.q,
         found.status,
         found.reason,
-        found.certificate,
+        found.certificate or NOTHING_PROVEN,
         found.violations,
         found.planning_time,
         found.search.raw if found.search else None,

@@ -11,6 +11,7 @@ import click
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
+from benchmarks.evaluation import family_of
 from humanoid_rail import (
     Robot,
     Status,
@@ -22,10 +23,10 @@ from humanoid_rail import (
     plan_case,
     retime,
 )
-from humanoid_rail.cli.console import console, print_table, progress_bar, run
-from benchmarks.evaluation import family_of
-from humanoid_rail.paper.figures import timing_figure
+from humanoid_rail.cli.console import console, print_table, run
 from humanoid_rail.paper.cases import closed_form_duration
+from humanoid_rail.paper.figures import timing_figure
+from humanoid_rail.progress import progress_bar
 
 MILLISECOND = 1e-3
 JERK_LIMIT = 100.0
@@ -150,7 +151,7 @@ def main(folder: Path, figure: Path | None, readme: Path | None) -> int:
         timing_figure(robot, timings(robot)).savefig(figure, dpi=130)
     sound = [row.certified and row.at_rest and max(row.velocity, row.acceleration) <= 1.0 + EXCESS for row in rows]
     if not all(sound):
-        console.print(f"{sound.count(False)} of {len(sound)} do not hold.")
+        console().print(f"{sound.count(False)} of {len(sound)} do not hold.")
     return 0 if all(sound) else 1
 
 

@@ -128,24 +128,79 @@ def plan_by_rrt_connect(
     """
     began = time.perf_counter()
     start = np.array(robot.initial if scene.initial is None else scene.initial, float)
-    checker = EdgeChecker(robot, scene.obstacles, 0.0)
-    goals = Goals(robot, scene, checker, seed)
-    util.setLogLevel(util.LOG_NONE)
-    util.RNG.setSeed(seed + 1)
-    space = Space(robot, checker)
+    textbook = _Textbook(robot, scene, seed)
     tried = 0
     for _ in range(MOST_STARTS):
         left = began + max_time - time.perf_counter()
         if tried == GOALS or left <= 0:
             break
-        goal = goals.look()
+        goal = textbook.goal()
         if goal is None:
             continue
         tried += 1
-        path = space.connect(start, goal, min(GOAL_TIME, left))
+        path = textbook.connect(start, goal, min(GOAL_TIME, left))
         if path is not None:
-            found = path_quality(robot, space.points(path))
-            geometric.PathSimplifier(space.information).simplifyMax(path)
-            t, q = time_path(robot, space.points(path), dt)
-            return Baseline(t, q, Status.REACHED, f"the way to goal {tried} was found", found)
-    return Baseline(np.zeros(1), start[None], Status.STUCK, f"no way to any of {tried} goals was found", None)
+            found = path_quality(robot, textbook.points(path))
+            geometric.PathSimplifier(textbook.information).simplifyMax(path)
+            t, q = time_path(robot, textbook.points(path), dt)
+            return Baseline(t, q, Status.REACHED, f"a path to goal {tried} was found", found)
+    return Baseline(np.zeros(1), start[None], Status.STUCK, f"no path to any of {tried} goals was found", None)
+
+
+class _Textbook:
+    """A robot in a scene, as OMPL and damped least squares see it."""
+
+    def __init__(self, robot: Robot, scene: Scene, seed: int) -> None:
+        self.robot, self._random = robot, np.random.default_rng(seed)
+        self._kinematics = NativeKinematics(robot, scene.obstacles)
+        self._checker = EdgeChecker(robot, scene.obstacles, 0.0)
+        self._targets = target_points(robot, scene).ravel()
+        self._units = units = speed_units(robot)
+        util.setLogLevel(util.LOG_NONE)
+        util.RNG.setSeed(seed + 1)
+        space = base.RealVectorStateSpace(robot.n)
+        bounds = base.RealVectorBounds(robot.n)
+        for i, (low, high) in enumerate(zip(robot.lower / units, robot.upper / units, strict=True)):
+            bounds.setLow(i, low)
+            bounds.setHigh(i, high)
+        space.setBounds(bounds)
+        self.information = base.SpaceInformation(space)
+        self.information.setStateValidityChecker(lambda state: self._checker.is_valid(self._point(state)))
+        self.information.setStateValidityCheckingResolution(RESOLUTION / units.max() / space.getMaximumExtent())
+        self.information.setup()
+
+    def goal(self) -> Array | None:
+        """Return a configuration at the targets in which nothing touches, if a random start leads to one."""
+        robot = self.robot
+        q = self._random.uniform(robot.lower, robot.upper)
+        for _ in range(ITERATIONS):
+            state = self._kinematics.state(q)
+            error = self._targets - state.hands.ravel()
+            if np.linalg.norm(error) < ARRIVED:
+                return q if self._checker.is_valid(q) else None
+            J = state.jacobian
+            step = J.T @ np.linalg.solve(J @ J.T + DAMPING * np.eye(len(error)), error)
+            q = np.clip(q + step * min(1.0, LONGEST_STEP / abs(step).max()), robot.lower, robot.upper)
+        return None
+
+    def connect(self, start: Array, goal: Array, seconds: float) -> geometric.PathGeometric | None:
+        """Return a path by RRT-Connect, if there is one in time."""
+        problem = base.ProblemDefinition(self.information)
+        problem.setStartAndGoalStates(self._state(start), self._state(goal))
+        planner = geometric.RRTConnect(self.information)
+        planner.setProblemDefinition(problem)
+        planner.setup()
+        planner.solve(seconds)
+        return problem.getSolutionPath() if problem.hasExactSolution() else None
+
+    def points(self, path: geometric.PathGeometric) -> Array:
+        """Return the configurations (K, n) of a path."""
+        return np.array([self._point(state) for state in path.getStates()])
+
+    def _point(self, state: base.RealVectorStateType) -> Array:
+        return np.array(state[0 : self.robot.n]) * self._units
+
+    def _state(self, q: Array) -> base.RealVectorStateType:
+        state = self.information.allocState()
+        state[0 : q.size] = (q / self._units).tolist()
+        return state

@@ -11,10 +11,10 @@ import numpy as np
 from humanoid_rail._arrays import Array
 
 Works = Mapping[str, Callable[[], float]]
-"""Things to measure, by name: each returns how long one of its units took, s."""
+"""Things to measure have names; each returns how long one of its units took, s."""
 
 SETTLE = 0.05
-"""How long one measurement lasts at the least, s."""
+"""One measurement lasts at least this long, s."""
 
 
 @dataclass(frozen=True)
@@ -22,13 +22,15 @@ class Figure:
     """How long something takes."""
 
     what: str
+    """What was measured."""
     median: float
-    """s."""
+    """The median over the repeats, s."""
     low: float
     """First quartile, s."""
     high: float
     """Third quartile, s."""
     repeats: int
+    """How often it was measured."""
 
 
 @dataclass(frozen=True)
@@ -36,15 +38,27 @@ class Ratio:
     """One figure over another, repeat by repeat, so that what slows the machine down slows both."""
 
     what: str
+    """What was compared."""
     median: float
+    """The median over the repeats."""
     low: float
     """First quartile."""
     high: float
     """Third quartile."""
-    wanted: str
-    """What it should be."""
-    holds: bool
-    """Whether it is."""
+    least: float | None = None
+    """The check fails where the ratio is smaller, if there is such a limit."""
+    most: float | None = None
+    """The check fails where the ratio is larger, if there is such a limit."""
+
+    @property
+    def fault(self) -> str | None:
+        """Why the ratio is outside its limit, or None: three of four repeats have to be, as machines are noisy."""
+        said = f"{self.what} is {self.median:.3g} ({self.low:.3g} to {self.high:.3g})"
+        if self.least is not None and self.high < self.least:
+            return f"{said}, and should be at least {self.least:g}"
+        if self.most is not None and self.low > self.most:
+            return f"{said}, and should be at most {self.most:g}"
+        return None
 
 
 def interleaved(works: Works, repeats: int) -> dict[str, Array]:
@@ -88,11 +102,4 @@ def figure(what: str, values: Array) -> Figure:
 def ratio(what: str, above: Array, below: Array, least: float | None = None, most: float | None = None) -> Ratio:
     """Return the ratio of two works that took turns."""
     low, median, high = (float(x) for x in np.quantile(above / below, [0.25, 0.5, 0.75]))
-    wanted = f"at least {least:g}" if least is not None else f"at most {most:g}" if most is not None else ""
-    holds = (least is None or median >= least) and (most is None or median <= most)
-    return Ratio(what, median, low, high, wanted, holds)
-
-
-def limit(what: str, values: Array, most: float) -> Ratio:
-    """Return a time in ms as a ratio to 1 ms."""
-    return ratio(what, 1e3 * values, np.ones(len(values)), most=most)
+    return Ratio(what, median, low, high, least, most)

@@ -9,9 +9,9 @@ from tempfile import TemporaryDirectory
 
 import click
 
+from benchmarks.evaluation import family_of
 from humanoid_rail import Robot, Scene, Trajectory, load_robot, load_scene, paper_scene, plan, plan_case, retime
 from humanoid_rail.cli.console import print_table, progress_bar, run
-from benchmarks.evaluation import family_of
 from humanoid_rail.io.export import export
 from humanoid_rail.io.mujoco.player import Tracking, track
 

@@ -14,9 +14,18 @@ from matplotlib.figure import Figure
 
 from humanoid_rail import HumanoidRailError, Status, load_robot
 from humanoid_rail.cli.console import console, print_table, run
-from humanoid_rail.paper.figures import clearance_figure, manipulability_figure, motion_figure, sweep_figure
 from humanoid_rail.io.files import check_folder
-from humanoid_rail.paper.cases import CASES, OPTIONS, SweepPoint, bisect_claims, claims, paper_scene, plan_case, sweep_point
+from humanoid_rail.paper.cases import (
+    CASES,
+    OPTIONS,
+    SweepPoint,
+    bisect_claims,
+    claims,
+    paper_scene,
+    plan_case,
+    sweep_point,
+)
+from humanoid_rail.paper.figures import clearance_figure, manipulability_figure, motion_figure, sweep_figure
 
 ROBOTS = {"links 5 cm thick": 0.05, "links without thickness": 0.0}
 GRID = [round(0.1 * i, 1) for i in range(1, 31)]

@@ -1,1 +1,1 @@
-"""Checks of certificates by an independent geometry. Run from a checkout: `python -m validation.check_certificates`."""
+"""Validation: checks against independent oracles on many random inputs. Run from the checkout, not part of the wheel."""

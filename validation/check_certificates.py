@@ -21,13 +21,24 @@ from pathlib import Path
 
 import click
 import numpy as np
-from plain_geometry import LINKS, PAIRS, RADIUS, Course, bones, clearance, configuration, point_segment, segment_segment
-from random_motions import KINDS, Motion, make_motion, robot, scene_of
 
 from humanoid_rail import Certificate, Contact, HumanoidRailError, InvalidInput, verify
 from humanoid_rail._arrays import Array
-from humanoid_rail.cli.console import console, print_table, progress_bar, run
+from humanoid_rail.cli.console import console, print_table, run
+from humanoid_rail.progress import progress_bar
 from humanoid_rail.scene.obstacles import Obstacle, name_of
+from validation.plain_geometry import (
+    LINKS,
+    PAIRS,
+    RADIUS,
+    Course,
+    bones,
+    clearance,
+    configuration,
+    point_segment,
+    segment_segment,
+)
+from validation.random_motions import KINDS, Motion, make_motion, robot, scene_of
 
 MARGIN = 1e-3
 """What is free by more has to be certified; contacts are where they are said to be to within this, m."""
@@ -74,8 +85,8 @@ def main(scenes: int, first: int, seed: int, jobs: int, finer: int, json_file: P
     print_table("certificates", f"Certificates, seed {seed}; clearances in mm", ("", "all", *KINDS), rows, readme)
     broken = [outcome for outcome in outcomes if outcome.broken]
     for outcome in broken:
-        console.print(f"motion {outcome.index} ({outcome.kind}): {'; '.join(outcome.broken)}", soft_wrap=True)
-    console.print(f"The statements hold of {len(outcomes) - len(broken)} motions out of {len(outcomes)}.")
+        console().print(f"motion {outcome.index} ({outcome.kind}): {'; '.join(outcome.broken)}", soft_wrap=True)
+    console().print(f"The statements hold of {len(outcomes) - len(broken)} motions out of {len(outcomes)}.")
     if json_file is not None:
         table = {name: dict(zip(("all", *KINDS), values, strict=True)) for name, *values in rows}
         report = {"seed": seed, "first": first, "scenes": scenes, "finer": finer, "table": table}

@@ -18,8 +18,8 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
-from humanoid_rail import dh
 from humanoid_rail._arrays import Array
+from humanoid_rail.paper import dh_table as dh
 from humanoid_rail.scene.obstacles import Box, Capsule, HalfSpace, Obstacle, Sphere
 
 RADIUS = 0.05

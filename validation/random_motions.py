@@ -11,11 +11,21 @@ from itertools import count
 from math import pi
 
 import numpy as np
-from plain_geometry import LINKS, PAIRS, RADIUS, Course, bones, clearance, configuration, follow, segment_segment
 
 from humanoid_rail import Box, Capsule, Certificate, HalfSpace, Robot, Safety, Scene, Sphere, load_robot, plan
 from humanoid_rail._arrays import Array
 from humanoid_rail.scene.obstacles import Obstacle
+from validation.plain_geometry import (
+    LINKS,
+    PAIRS,
+    RADIUS,
+    Course,
+    bones,
+    clearance,
+    configuration,
+    follow,
+    segment_segment,
+)
 
 METHODS = {"qp": "qp", "eq. 4.9": "gradient-projection"}
 """Of the planner, by what motions are called here."""

@@ -83,8 +83,8 @@ def command(
 ) -> int:
     """Plan a motion of both hands to the targets of SCENE (YAML or JSON; without one, scenes/paper.yaml).
 
-    It prints what came of it, and plays it back if there is somebody to look. --out keeps it in a folder for `play`,
-    `verify` and `export`. With --retime the motion is one that a drive can follow; without, it has the method's timing.
+    The result is printed, and played back if there is a display. --out keeps it in a folder for `play`, `verify` and
+    `export`. The motion has the method's own timing, which starts at full speed; --retime gives it one for a drive.
 
     Exit code: 0 if the targets are reached, 1 if not, 2 after bad input, 130 if interrupted.
     """
@@ -131,7 +131,10 @@ def _title(case: int | None, scene: Scene, method: PlanningMethod) -> str:
         return scene.name
     if method.name != GradientProjection.name:
         return f"case {case} of the paper by {method.name}"
-    return f"case {case} by the paper's own law, eq. 4.9, which neither prevents collisions nor knows limits"
+    return (
+        f"case {case} of the paper by its own law, gradient projection (eq. 4.9), "
+        "which neither prevents collisions nor knows limits"
+    )
 
 
 def _show(robot: Robot, scene: Scene, trajectory: Trajectory, title: str, out: str | None, view: bool | None) -> None:

@@ -27,7 +27,9 @@ from humanoid_rail import (
     robot_from_urdf,
     write_trajectory,
 )
-from humanoid_rail.io.export import FORMATS, export, joint_trajectory
+from humanoid_rail.io.export import FORMATS, Format, Job, export
+from humanoid_rail.io.files import write_files
+from humanoid_rail.io.ros import joint_trajectory
 
 
 @pytest.fixture(scope="module")
@@ -248,6 +250,19 @@ def test_every_format_can_be_written(motion: Trajectory, robot: Robot, scene: Sc
     for format in FORMATS:
         for path in export(finite, robot, scene, format, tmp_path / format):
             assert path.stat().st_size > 1000
+
+
+def test_a_format_is_registered_in_one_place(
+    motion: Trajectory, robot: Robot, scene: Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def write(job: Job) -> tuple[Path, ...]:
+        return write_files(job.out, {"name.txt": f"{job.scene.name} {len(job.trajectory.t)} {job.passive}".encode()})
+
+    monkeypatch.setattr(
+        "humanoid_rail.io.export.FORMATS", {**FORMATS, "names": Format("names", write, has_passive=True)}
+    )
+    (path,) = export(motion, robot, scene, "names", tmp_path, passive=True)
+    assert path.read_text() == f"{scene.name} {len(motion.t)} True"
 
 
 def test_the_test_motion_is_at_rest_at_both_ends_and_its_derivatives_are_right(robot: Robot, raw: Trajectory) -> None:

@@ -1,10 +1,7 @@
-"""The export to MuJoCo, in MuJoCo: the same kinematics, dynamics and contacts, and how well the drives follow."""
+"""The model of the export to MuJoCo, in MuJoCo: the same kinematics, dynamics and contacts."""
 
 from __future__ import annotations
 
-import contextlib
-import subprocess
-import sys
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -13,21 +10,17 @@ import coal
 import numpy as np
 import pinocchio as pin
 import pytest
-from conftest import ROOT, changed, rest_to_rest
-from scipy.interpolate import CubicHermiteSpline
+from mjcf_models import compiled, mujoco, nothing, other_robot, placed, still, text_of
 
 from humanoid_rail import (
     Box,
     Capsule,
     HalfSpace,
-    Hand,
     InvalidInput,
-    Kinematics,
     Mesh,
     Robot,
     Scene,
     Sphere,
-    Timing,
     Trajectory,
     load_robot,
     paper_scene,
@@ -35,13 +28,6 @@ from humanoid_rail import (
     retime,
     robot_from_urdf,
 )
-from humanoid_rail.io.export import export
-from humanoid_rail.io.mujoco.actuators import position_actuators
-from humanoid_rail.io.mujoco.mjcf import mjcf
-
-mujoco = pytest.importorskip("mujoco")
-
-from humanoid_rail.io.mujoco.player import HOLD, control, load, play, start, step, track  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -51,97 +37,12 @@ def motion(robot: Robot) -> Trajectory:
 
 
 @pytest.fixture(scope="module")
-def folder(motion: Trajectory, robot: Robot, scene: Scene, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("mujoco") / "case3"
-    written = export(motion, robot, scene, "mujoco", folder)
-    assert {path.name for path in written} == {path.name for path in folder.iterdir()}
-    return folder
-
-
-def text_of(robot: Robot, scene: Scene, motion: Trajectory) -> str:
-    return mjcf(robot, scene, motion, position_actuators(robot, motion.q), motion.q[0])
-
-
-def compiled(robot: Robot, scene: Scene, motion: Trajectory) -> Any:
-    return mujoco.MjModel.from_xml_string(text_of(robot, scene, motion))
+def other() -> Robot:
+    return other_robot()
 
 
 def names(model: Any, pairs: Any) -> set[frozenset[str]]:
     return {frozenset(model.geom(int(i)).name for i in pair) for pair in pairs}
-
-
-def placed(model: Any, q_full: np.ndarray) -> Any:
-    data = mujoco.MjData(model)
-    data.qpos[:] = q_full
-    mujoco.mj_forward(model, data)
-    return data
-
-
-# A tool on an arm whose frames are turned in every way, with a passive finger, without an SRDF.
-OTHER = """
-<robot name="other">
-  <material name="green"><color rgba="0 1 0 1"/></material>
-  <link name="world"/>
-  <joint name="stand" type="fixed"><parent link="world"/><child link="base"/>
-    <origin xyz="0.1 0.2 0.3" rpy="0.1 0.2 0.3"/></joint>
-  <link name="base">
-    <visual><geometry><mesh filename="package://nowhere/base.stl" scale="1 1 1"/></geometry></visual>
-    <visual><origin xyz="0 0 -0.1"/><geometry><box size="0.2 0.2 0.2"/></geometry><material name="green"/></visual>
-    <collision><geometry><box size="0.1 0.1 0.1"/></geometry></collision>
-  </link>
-  {joints}
-  <joint name="flange" type="fixed"><parent link="l3"/><child link="tool"/><origin xyz="0 0 0.1" rpy="1 2 3"/></joint>
-  <link name="tool">{inertial}<collision><geometry><sphere radius="0.02"/></geometry></collision></link>
-  <joint name="finger" type="revolute"><parent link="tool"/><child link="f"/><origin xyz="0 0.05 0" rpy="0 1 0"/>
-    <axis xyz="0 1 1"/><limit lower="0" upper="0" velocity="1" effort="0"/>
-    <mimic joint="j2" multiplier="0.5" offset="0.1"/></joint>
-  <link name="f">{inertial}</link>
-</robot>
-"""
-JOINT = """
-  <joint name="j{i}" type="{kind}"><parent link="{parent}"/><child link="l{i}"/>
-    <origin xyz="0.1 0 0.3" rpy="0.{i} -0.4 0.5"/><axis xyz="{axis}"/>
-    <limit lower="-1" upper="1.5" velocity="1" effort="0"/></joint>
-  <link name="l{i}">{inertial}<collision><origin xyz="0 0 0.1" rpy="0.3 0 0"/>
-    <geometry><cylinder radius="0.03" length="0.2"/></geometry></collision></link>
-"""
-INERTIAL = """<inertial><origin xyz="0.01 0.02 0.03" rpy="0.4 0.5 0.6"/><mass value="1.5"/>
-  <inertia ixx="0.02" iyy="0.03" izz="0.04" ixy="0.001" ixz="0.002" iyz="-0.003"/></inertial>"""
-
-
-@pytest.fixture(scope="module")
-def other() -> Robot:
-    kinds = [
-        ("base", "prismatic", "0 1 0"),
-        ("l0", "revolute", "0 0 1"),
-        ("l1", "revolute", "1 2 2"),
-        ("l2", "revolute", "1 0 0"),
-    ]
-    joints = "".join(
-        JOINT.format(i=i, parent=parent, kind=kind, axis=axis, inertial=INERTIAL)
-        for i, (parent, kind, axis) in enumerate(kinds)
-    )
-    urdf = OTHER.format(joints=joints, inertial=INERTIAL)
-    return robot_from_urdf(urdf, None, [Hand("tip", "flange", ("j1", "j2", "j3"))])
-
-
-def still(robot: Robot, motion: Trajectory, q: np.ndarray) -> Trajectory:
-    """A motion of any robot that stays where it is."""
-    zeros = np.zeros((3, robot.n))
-    hands = np.tile(Kinematics(robot).hand_positions(q).reshape(-1, 3), (3, 1, 1))
-    return changed(
-        motion,
-        t=np.array([0.0, 0.1, 0.2]),
-        q=zeros + q,
-        hands=hands,
-        timing=Timing(zeros, zeros, ()),
-        joint_names=robot.joint_names,
-        hand_names=robot.hand_names,
-    )
-
-
-def nothing(robot: Robot) -> Scene:
-    return Scene(name="nothing", targets=dict.fromkeys(robot.hand_names, (0.0, 0.0, 0.0)))
 
 
 @pytest.mark.parametrize("which", ["robot", "other"])
@@ -306,106 +207,6 @@ def test_a_mesh_is_its_convex_pieces(motion: Trajectory, robot: Robot, tmp_path:
     assert nearest == pytest.approx(0.2 - 0.001, abs=0.01)
 
 
-def test_the_reference_between_samples_is_the_spline_of_the_motion(
-    folder: Path, motion: Trajectory, robot: Robot
-) -> None:
-    model, exported = load(folder)
-    with np.load(folder / "motion.npz") as arrays:
-        assert set(arrays.files) == {"time", "qpos", "qvel", "load", "ctrl", "hands", "mocap"}
-    spline = CubicHermiteSpline(motion.t, motion.q, motion.timing.velocity)
-    joints = [robot.model.joints[robot.model.getJointId(name)].idx_q for name in robot.joint_names]
-    for t in np.linspace(0.0, motion.duration, 777)[:-1]:
-        q, velocity = exported.at(t)
-        np.testing.assert_allclose(q, robot.full_configuration(spline(t)), atol=1e-12)
-        np.testing.assert_allclose(velocity[joints], spline(t, 1), atol=1e-10)
-    for i, t in enumerate(motion.t):
-        np.testing.assert_allclose(control(model, exported, t), exported.ctrl[i], atol=1e-12)
-        site = placed(model, exported.qpos[i]).site
-        for k, hand in enumerate(robot.hand_names):
-            np.testing.assert_allclose(site(f"{hand}_hand").xpos, exported.hands[i, k], atol=1e-9)
-    for t in (-1.0, motion.duration, motion.duration + 1.0):
-        q, velocity = exported.at(t)
-        np.testing.assert_allclose(q, robot.full_configuration(motion.q[0 if t < 0 else -1]), atol=1e-12)
-        assert not velocity.any()
-
-
-def test_the_simulated_robot_follows_the_papers_third_case(folder: Path) -> None:
-    tracking = track(folder)
-    print(tracking)
-    assert 1e-5 < tracking.largest_hand_error <= 0.004
-    assert tracking.final_hand_error <= 0.002
-    assert tracking.contacts == ()
-
-
-def test_the_drives_need_what_inverse_dynamics_says(motion: Trajectory, robot: Robot, tmp_path: Path) -> None:
-    """Against Pinocchio: S^T of what all joints need, as the passive ones are moved by their leaders."""
-    ends = np.array([robot.initial, motion.q[-1]])
-    line = changed(motion, q=ends[0] + np.linspace(0.0, 1.0, 9)[:, None] * (ends[1] - ends[0]))
-    line = rest_to_rest(robot, line, duration=3.0)
-    export(line, robot, nothing(robot), "mujoco", tmp_path)
-    data, S = robot.model.createData(), robot.coupling
-    needed = [
-        S.T @ pin.rnea(robot.model, data, robot.full_configuration(q), S @ v, S @ a)
-        for q, v, a in zip(line.q, line.timing.velocity, line.timing.acceleration, strict=True)
-    ]
-    found = track(tmp_path).largest_forces
-    assert list(found) == list(robot.joint_names)
-    np.testing.assert_allclose([*found.values()], abs(np.array(needed)).max(axis=0), rtol=0.05, atol=1.0)
-
-
-def test_at_rest_the_drives_hold_the_weight(
-    motion: Trajectory, robot: Robot, rng: np.random.Generator, tmp_path: Path
-) -> None:
-    """Against the change of the potential energy, by central differences along each actuated joint."""
-    q = rng.uniform(robot.lower, robot.upper)
-    export(still(robot, motion, q), robot, nothing(robot), "mujoco", tmp_path)
-    data, step = robot.model.createData(), 1e-6
-
-    def potential(q: np.ndarray) -> float:
-        return float(pin.computePotentialEnergy(robot.model, data, robot.full_configuration(q)))
-
-    weight = [(potential(q + by) - potential(q - by)) / (2 * step) for by in step * np.eye(robot.n)]
-    tracking = track(tmp_path)
-    np.testing.assert_allclose([*tracking.largest_forces.values()], np.abs(weight), rtol=0.02, atol=2.0)
-    assert tracking.largest_hand_error < 1e-3
-
-
-def test_passive_joints_have_no_play(folder: Path, robot: Robot) -> None:
-    model, motion = load(folder)
-    data = start(model, motion)
-    worst = 0.0
-    while data.time < motion.time[-1]:
-        step(model, data, motion)
-        waist, spine = data.joint("waist_pitch").qpos[0], data.joint("spine_pitch").qpos[0]
-        found = data.joint("chest_level_waist").qpos[0], data.joint("chest_level_spine").qpos[0]
-        worst = max(worst, abs(found[0] - np.pi / 2 + waist), abs(found[1] + spine))
-    assert worst < 2e-3
-
-
-def test_an_obstacle_in_the_way_is_reported_with_its_time(motion: Trajectory, robot: Robot, tmp_path: Path) -> None:
-    """A ball that meets the resting left hand after 0.1 s, at 1 m/s."""
-    resting = still(robot, motion, robot.initial)
-    hand = resting.hands[0, 0]
-    ball = Sphere(center=(hand[0] - 0.2, hand[1], hand[2]), radius=0.05, velocity=(1.0, 0.0, 0.0))
-    scene = nothing(robot).model_copy(update={"obstacles": (ball,)})
-    export(resting, robot, scene, "mujoco", tmp_path)
-    contacts = track(tmp_path).contacts
-    assert {contacts[0].one, contacts[0].other} == {"left_forearm_0", "obstacles[0] (sphere)"}
-    # The capsule ends 5 cm around the hand.
-    assert contacts[0].time == pytest.approx(0.1, abs=0.005)
-    assert contacts[0].depth > 0
-
-
-def test_another_robot_holds_still(motion: Trajectory, other: Robot, tmp_path: Path) -> None:
-    """Under its own weight, without effort limits, and with a passive joint whose own limits forbid its place."""
-    resting = still(other, motion, other.initial)
-    export(resting, other, nothing(other), "mujoco", tmp_path)
-    tracking = track(tmp_path)
-    assert tracking.largest_hand_error < 1e-4
-    assert (tmp_path / "scene.xml").read_text().count('rgba="0 1 0 1"') == 1
-    assert "nowhere" not in (tmp_path / "scene.xml").read_text()
-
-
 def test_what_mujoco_cannot_have_is_refused(motion: Trajectory, scene: Scene, other: Robot) -> None:
     thin = load_robot(link_radius=0.0)
     with pytest.raises(InvalidInput, match="collision body carriage_0"):
@@ -413,48 +214,3 @@ def test_what_mujoco_cannot_have_is_refused(motion: Trajectory, scene: Scene, ot
     light = robot_from_urdf(other.urdf.replace('<mass value="1.5"/>', '<mass value="0"/>'), None, other.hands)
     with pytest.raises(InvalidInput, match="inertial of what j0 moves"):
         text_of(light, nothing(light), still(light, motion, light.initial))
-
-
-def test_the_player_needs_mujoco_and_numpy_alone(folder: Path) -> None:
-    assert (folder / "play.py").read_text() == (ROOT / "humanoid_rail" / "io" / "mujoco" / "player.py").read_text()
-    blocked = "import sys; sys.modules['humanoid_rail'] = None; import runpy; sys.argv = ['play.py', '--headless']"
-    code = f"{blocked}; runpy.run_path({str(folder / 'play.py')!r}, run_name='__main__')"
-    result = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=False, cwd=folder.parent
-    )
-    assert result.returncode == 0, result.stderr
-    assert "largest error of a hand" in result.stdout
-    assert "no contacts" in result.stdout
-
-
-def test_the_viewer_plays_in_a_loop(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With a stand-in for the window, which a test has no display for."""
-    times: list[float] = []
-
-    class Window(contextlib.nullcontext):
-        def __init__(self, model: Any, data: Any) -> None:
-            super().__init__(self)
-            self.data, self.user_scn = data, mujoco.MjvScene(model, maxgeom=1000)
-
-        def lock(self) -> Any:
-            return contextlib.nullcontext()
-
-        def is_running(self) -> bool:
-            return len(times) < 400
-
-        def sync(self) -> None:
-            times.append(self.data.time)
-
-    monkeypatch.setattr("mujoco.viewer.launch_passive", lambda model, data, **_: Window(model, data))
-    monkeypatch.setattr("time.sleep", lambda _: None)
-    play(folder)
-    restart = int(np.argmin(np.diff(times))) + 1
-    assert times[restart - 1] == pytest.approx(load(folder)[1].time[-1] + HOLD, abs=0.1)
-    assert times[restart] == times[0]
-    np.testing.assert_allclose(np.diff(times[:restart]), 0.02, atol=0.0011)
-
-
-def test_nothing_but_the_player_imports_mujoco() -> None:
-    code = "import sys, humanoid_rail.io.export; print('mujoco' in sys.modules)"
-    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
-    assert result.stdout.strip() == "False"

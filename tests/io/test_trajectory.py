@@ -13,7 +13,20 @@ import numpy as np
 import pytest
 from conftest import changed, plan
 
-from humanoid_rail import InvalidInput, Robot, Scene, Trajectory, read_trajectory, write_trajectory
+from humanoid_rail import (
+    Auto,
+    GradientProjection,
+    InvalidInput,
+    Robot,
+    SafeVelocity,
+    Scene,
+    State,
+    Trajectory,
+    plan_case,
+    read_trajectory,
+    retime,
+    write_trajectory,
+)
 
 FILES = {"trajectory.npz", "trajectory.csv", "summary.json"}
 
@@ -88,6 +101,59 @@ def test_settings_in_numpys_numbers_can_be_written(robot: Robot, scene: Scene, t
     trajectory = plan(robot, scene, dt=np.float32(0.5), c_mu=np.float32(1.0), gain=np.ones(6, np.float32))
     write_trajectory(trajectory, tmp_path)
     assert read_trajectory(tmp_path).method == trajectory.method
+
+
+def test_a_method_is_read_back_with_its_options_but_without_its_functions(
+    trajectory: Trajectory, tmp_path: Path
+) -> None:
+    def upright(state: State) -> np.ndarray:
+        return np.zeros_like(state.q)
+
+    for method in (
+        Auto(seed=3, max_planning_time=5.0, gain=[1.0, 2.0, 3.0]),
+        Auto(),
+        SafeVelocity(safety_distance=0.02, max_time=7.0),
+        GradientProjection(engine="python", rtol=1e-3, far_clearances=True),
+    ):
+        write_trajectory(changed(trajectory, method=method), tmp_path)
+        assert "Infinity" not in (tmp_path / "summary.json").read_text()
+        assert read_trajectory(tmp_path).method == method
+    write_trajectory(changed(trajectory, method=SafeVelocity(objectives=[upright], dt=0.02)), tmp_path)
+    assert json.loads((tmp_path / "summary.json").read_text())["method"]["objectives"] == ["upright"]
+    assert read_trajectory(tmp_path).method == SafeVelocity(dt=0.02)
+
+
+@pytest.mark.parametrize("method", [{"name": "magic"}, {"name": "qp", "sead": 3}, {"name": "qp", "dt": -1.0}, "qp", {}])
+def test_unknown_methods_and_options_are_bad_input(trajectory: Trajectory, method: object, tmp_path: Path) -> None:
+    write_trajectory(trajectory, tmp_path)
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    (tmp_path / "summary.json").write_text(json.dumps({**summary, "method": method}))
+    with pytest.raises(InvalidInput, match="^trajectory is"):
+        read_trajectory(tmp_path)
+
+
+def test_without_an_engine_there_is_no_certificate(trajectory: Trajectory, tmp_path: Path) -> None:
+    write_trajectory(changed(trajectory, certificate=None), tmp_path)
+    assert json.loads((tmp_path / "summary.json").read_text())["certificate"] is None
+    again = read_trajectory(tmp_path)
+    assert again.certificate is None
+    assert not again.certified
+
+
+def test_a_contact_is_read_back(robot: Robot, tmp_path: Path) -> None:
+    collided = plan_case(robot, 1, dt=0.05)
+    assert collided.certificate.contact is not None
+    write_trajectory(collided, tmp_path)
+    assert read_trajectory(tmp_path).certificate == collided.certificate
+
+
+def test_a_retimed_motion_is_read_back(robot: Robot, scene: Scene, trajectory: Trajectory, tmp_path: Path) -> None:
+    motion = retime(trajectory, robot, scene)
+    write_trajectory(motion, tmp_path)
+    again = read_trajectory(tmp_path)
+    np.testing.assert_array_equal(again.timing.acceleration, motion.timing.acceleration)
+    assert again.timing.peaks == motion.timing.peaks
+    assert again.summary() == motion.summary()
 
 
 def test_min_clearance_is_null_without_obstacles(robot: Robot, scene: Scene, tmp_path: Path) -> None:

@@ -1,0 +1,57 @@
+"""What tests read out of a playback page."""
+
+from __future__ import annotations
+
+import base64
+import re
+from io import BytesIO
+from typing import Any
+
+import numpy as np
+import pytest
+import umsgpack
+from PIL import Image
+from screenshot import browser_path
+
+needs_browser = pytest.mark.skipif(browser_path() is None, reason="Chromium (Debian: chromium) is not installed")
+
+
+def pixels(page: Any) -> np.ndarray:
+    return np.asarray(Image.open(BytesIO(page.screenshot())).convert("RGB")).astype(int)
+
+
+def share(image: np.ndarray, rgb: tuple[int, int, int], tolerance: int = 40) -> float:
+    """Return the share of pixels that have about this colour."""
+    return float((abs(image - rgb).max(axis=2) < tolerance).mean())
+
+
+def commands(page: str) -> list[dict[str, Any]]:
+    """Return what a page tells meshcat to draw."""
+    blobs = re.findall(r'fetch\("data:application/octet-binary;base64,([^"]+)"', page)
+    return [umsgpack.unpackb(base64.b64decode(blob)) for blob in blobs]
+
+
+def tracks(page: str, path: str) -> dict[str, np.ndarray]:
+    """Return the values (F, k) of each animated property of a node at every frame."""
+    (animation,) = [command for command in commands(page) if command["type"] == "set_animation"]
+    clips = [entry["clip"] for entry in animation["animations"] if entry["path"] == f"/meshcat/world/{path}"]
+    result = {}
+    for track in clips[0]["tracks"] if clips else ():
+        frames, values = [key["time"] for key in track["keys"]], np.array([key["value"] for key in track["keys"]])
+        every = np.arange(frames[-1] + 1)
+        result[track["name"]] = np.stack([np.interp(every, frames, column) for column in values.T], axis=-1)
+    return result
+
+
+def trace(page: str, hand: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return the beads of a trace: where they are (B, 3), m, and their colours (B, 3) from 0 to 255."""
+    (command,) = [c for c in commands(page) if c["type"] == "set_object" and c["path"].endswith(f"traces/{hand}")]
+    attributes = command["object"]["geometries"][0]["data"]["attributes"]
+    return tuple(
+        np.frombuffer(attributes[name]["array"].data, np.float32).reshape(-1, 3) * factor
+        for name, factor in (("position", 1.0), ("color", 255.0))
+    )
+
+
+def rgb(colour: int) -> list[int]:
+    return [colour >> 16, colour >> 8 & 255, colour & 255]
