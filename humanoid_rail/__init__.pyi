@@ -18,11 +18,11 @@ from .planning.verification import verify
 from .problem import Problem
 from .resolution.qp import Safety
 from .resolution.velocity import Gains
+from .result import Motion, Peak, Provenance, Samples, Status, Timing, Verdict
 from .retiming.retiming import retime
 from .scene.obstacles import Box, Capsule, HalfSpace, Mesh, Sphere
 from .scene.scene import Scene, load_scene, make_scene
 from .scene.targets import Pose
-from .result import Motion, Peak, Provenance, Samples, Status, Timing, Verdict
 from .trajectory import Trajectory
 
 __version__: str

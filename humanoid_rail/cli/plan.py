@@ -93,9 +93,9 @@ def command(
     if out is not None:
         check_folder(out)
     retiming = _checked_retiming(retimed, {name: options.pop(name) for name in RETIMING})
+    chosen = method_of(method, options) if case is None else _of_case(case, method, options)
     robot = load_robot(**numbers_by_name([*lengths, *([] if link_radius is None else [f"link_radius={link_radius}"])]))
     scene = load_scene(scene_file) if scene_file is not None else paper_scene()
-    chosen = method_of(method, options) if case is None else _of_case(case, method, options)
     try:
         with progress("planning"):
             trajectory = plan(robot, scene, chosen)

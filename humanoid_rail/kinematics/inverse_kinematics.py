@@ -7,13 +7,13 @@ of Levenberg and Marquardt, with a damping that shrinks with what is left of it 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from typing import NamedTuple
 
 from humanoid_rail._arrays import Array
 from humanoid_rail._native import engine
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
-from humanoid_rail.kinematics.native_tasks import native_tasks
-from humanoid_rail.kinematics.state import State
+from humanoid_rail.kinematics.native_tasks import StateAt, native_tasks
 from humanoid_rail.kinematics.task import Task
 from humanoid_rail.model.native_robot import native_robot
 from humanoid_rail.model.robot import Robot
@@ -42,10 +42,12 @@ class InverseKinematics:
     """
 
     def __init__(self, robot: Robot, obstacles: tuple[Obstacle, ...]) -> None:
-        self.robot, self._obstacles = robot, obstacles
+        self.robot = robot
         self._native = engine().InverseKinematics(native_robot(robot), native_obstacles(obstacles))
-        self._kinematics: NativeKinematics | None = None
         self._stack: tuple[Sequence[Task], object] | None = None
+        # It does not know `self`: the stack of tasks that calls it back is kept here, and no collector sees through it.
+        kinematics = cache(lambda: NativeKinematics(robot, obstacles))
+        self._state_at: StateAt = lambda q, t: kinematics().state(q, t)
 
     def solve(self, start: Array, tasks: Sequence[Task], distance: float) -> Posture:
         """Look from a configuration for one near it in which tasks are done.
@@ -56,12 +58,8 @@ class InverseKinematics:
             distance: The distance that all pairs keep, m; minus infinity to leave clearances alone.
         """
         # The same tasks are looked for from many starts.
-        if self._stack is None or self._stack[0] is not tasks:
-            self._stack = tasks, native_tasks(self.robot, tasks, self._state_at)
-        found = self._native.solve(start, self._stack[1], distance)
+        stack = self._stack
+        if stack is None or stack[0] is not tasks:
+            stack = self._stack = tasks, native_tasks(self.robot, tasks, self._state_at)
+        found = self._native.solve(start, stack[1], distance)
         return Posture(found.q, found.error, found.clearance, found.reached)
-
-    def _state_at(self, q: Array, t: float) -> State:
-        if self._kinematics is None:
-            self._kinematics = NativeKinematics(self.robot, self._obstacles)
-        return self._kinematics.state(q, t)

@@ -6,6 +6,7 @@ from typing import Any
 
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.scene import Scene
+from humanoid_rail.scene.validation import FIELDS_HEADING
 
 
 def scene_schema(robot: Robot) -> dict[str, Any]:
@@ -23,4 +24,18 @@ def scene_schema(robot: Robot) -> dict[str, Any]:
     steps["items"] = once
     start = schema["properties"]["initial"]["anyOf"][0]
     start |= {"minItems": robot.n, "maxItems": robot.n}
-    return schema
+    stripped: dict[str, Any] = _without_fields(schema)
+    return stripped
+
+
+def _without_fields(schema: Any) -> Any:
+    """Return a schema whose descriptions do not list the fields, which the schema has itself."""
+    match schema:
+        case dict():
+            return {name: _without_fields(value) for name, value in schema.items()}
+        case list():
+            return [_without_fields(value) for value in schema]
+        case str():
+            return schema.partition(FIELDS_HEADING)[0]
+        case _:
+            return schema

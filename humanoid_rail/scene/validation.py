@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import inspect
+import re
+from collections.abc import Iterator, Mapping
+from inspect import Parameter, Signature
 from typing import TYPE_CHECKING, Any, Self
 
 from pydantic import BaseModel, ConfigDict, ValidationError
-from pydantic_core import ErrorDetails
+from pydantic_core import ErrorDetails, PydanticUndefined
 
 from humanoid_rail.errors import MISSING, InvalidInput
 
@@ -15,13 +18,67 @@ if TYPE_CHECKING:  # the signatures of the models stay those that pydantic gives
 else:
 
     class _Metaclass(type(BaseModel)):
-        """Lets `Sphere(radius=-1)` raise the same error as a scene file does."""
+        """Lets `Sphere(radius=-1)` raise the same error as a scene file does, and `help(Sphere)` show what it takes."""
 
         def __call__(cls, *args: Any, **kwargs: Any) -> Any:
             try:
                 return super().__call__(*args, **kwargs)
             except ValidationError as error:
                 raise invalid_input(error) from None
+
+        def __dir__(cls) -> list[str]:
+            """Return what is the model's own, without the machinery that pydantic brings."""
+            machinery = {*BaseModel.__dict__, *BaseModel.model_fields} - {"model_copy"}
+            return [name for name in super().__dir__() if not name.startswith("_") and name not in machinery]
+
+
+FIELDS_HEADING = "\n\nFields:"
+"""After this the docstring of a model lists its fields."""
+
+
+def _parameter(model: type[BaseModel], name: str) -> Parameter:
+    """Return a field as a keyword argument."""
+    default = model.model_fields[name].default
+    shown = Parameter.empty if default is PydanticUndefined else default
+    return Parameter(name, Parameter.KEYWORD_ONLY, default=shown, annotation=_Name(_type_name(model, name)))
+
+
+def _described_fields(model: type[BaseModel]) -> Iterator[str]:
+    """Yield a line for each field: its name, its type and what it is."""
+    for name, field in model.model_fields.items():
+        described = " ".join((field.description or "The kind of obstacle.").split())
+        yield f"\n    {name} ({_type_name(model, name)}): {described}"
+
+
+def _type_name(model: type[BaseModel], field: str) -> str:
+    """Return the type of a field as it is written, in words where that is short."""
+    written = next(
+        base.__annotations__[field] for base in model.__mro__ if field in vars(base).get("__annotations__", ())
+    )
+    bare = re.sub(r"Annotated\[((?:[^\[\],]|\[[^\]]*\])+), .*\]", r"\1", str(written))
+    return TYPES.get(bare, bare)
+
+
+TYPES = {
+    "Vector": "three numbers",
+    "Vector | None": "three numbers or None",
+    "Size": "three numbers > 0",
+    "Positive": "number > 0",
+    "Number": "number",
+    "Positive | Size": "number > 0 or three of them",
+    "tuple[Number, ...] | None": "numbers or None",
+    "tuple[Obstacle, ...]": "obstacles",
+}
+"""The types of fields in words."""
+
+
+class _Name(str):
+    """The name of a type, which a signature shows without quotes."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return str(self)
 
 
 class Frozen(BaseModel, metaclass=_Metaclass):
@@ -30,6 +87,13 @@ class Frozen(BaseModel, metaclass=_Metaclass):
     model_config = ConfigDict(
         frozen=True, extra="forbid", strict=True, allow_inf_nan=False, use_attribute_docstrings=True
     )
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **_: Any) -> None:
+        """Have `help` show the fields with their units, and a signature that can be read."""
+        described = inspect.cleandoc(cls.__doc__ or "")
+        cls.__doc__ = f"{described}{FIELDS_HEADING}{''.join(_described_fields(cls))}"
+        cls.__signature__ = Signature([_parameter(cls, name) for name in cls.model_fields])
 
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
         """Return a copy with some fields changed, validated like any other (which pydantic's own is not).

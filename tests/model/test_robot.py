@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import copy
+import inspect
 import pickle
+import re
+from collections.abc import Callable
 from math import pi
 from pathlib import Path
 from xml.etree import ElementTree
@@ -25,7 +28,7 @@ from humanoid_rail import (
     load_robot,
     robot_from_urdf,
 )
-from humanoid_rail.model.library import xacro_arguments
+from humanoid_rail.model.library import RobotArguments, xacro_arguments
 from humanoid_rail.paper import dh_table as dh
 
 LENGTHS = ("l_t1", "l_t2", "l_t3", "l_l1", "l_l2", "l_l3", "l_r1", "l_r2", "l_r3", "beta")
@@ -269,3 +272,13 @@ def test_files_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     assert resource("robots", "humanoid_rail.urdf.xacro").is_file()
     with pytest.raises(FileNotFoundError, match=r"robots/nothing\.urdf"):
         resource("robots", "nothing.urdf")
+
+
+@pytest.mark.parametrize("function", [load_robot, build_urdf])
+def test_arguments_are_shown(function: Callable[..., object]) -> None:
+    """Those that the xacro file declares, with its defaults; each is described."""
+    shown = {name: parameter.default for name, parameter in inspect.signature(function).parameters.items()}
+    assert shown.keys() == xacro_arguments().keys() == RobotArguments.__annotations__.keys()
+    assert build_urdf(**shown) == build_urdf()
+    described = inspect.getsource(RobotArguments)
+    assert all(re.search(rf'    {name}: SupportsFloat\n    """.+"""', described) for name in shown)

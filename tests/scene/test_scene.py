@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import copy
+import inspect
 import json
 import pickle
+import pydoc
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -21,7 +23,9 @@ from humanoid_rail import (
     InvalidInput,
     Kinematics,
     Mesh,
+    Pose,
     Robot,
+    Scene,
     Sphere,
     load_scene,
     make_scene,
@@ -334,3 +338,20 @@ def test_python_raises_the_same_errors() -> None:
         Box(center=[0, 0], size=(1, 1, 1))
     with pytest.raises(InvalidInput, match="colour"):
         HalfSpace(normal=(0, 0, 1), offset=0, colour="red")
+
+
+@pytest.mark.parametrize("kind", [Box, Capsule, HalfSpace, Mesh, Sphere, Scene, Pose])
+def test_help_shows_fields_and_units(kind: Any) -> None:
+    text = pydoc.render_doc(kind, renderer=pydoc.plaintext)
+    for name, field in kind.model_fields.items():
+        assert f"{name} (" in text
+        assert field.description is None or " ".join(field.description.split()) in " ".join(text.split())
+    for machinery in ("model_dump", "model_fields", "__pydantic", "FieldInfo", "BeforeValidator"):
+        assert machinery not in text
+
+
+def test_signatures_of_obstacles_are_readable() -> None:
+    assert str(inspect.signature(Sphere)) == (
+        "(*, velocity: three numbers = (0.0, 0.0, 0.0), type: Literal['sphere'] = 'sphere', "
+        "center: three numbers, radius: number > 0)"
+    )
