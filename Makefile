@@ -1,13 +1,23 @@
-# `make plan`: plan case 3 of the paper, write it to out/ and play it back. `make test`: everything CI runs.
+# `make plan`: plan a kitting round and case 3 of the paper, and play the round back. `make test`: everything CI runs.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+ENGINE := $(wildcard engine/*.[hc]pp engine/*/*.[hc]pp)
 
 .DELETE_ON_ERROR:
-.PHONY: plan test lint docs docs-serve generate figures picture benchmark evaluation retiming certificates sanitize clean
+.PHONY: plan test lint docs docs-serve generate figures picture benchmark evaluation regression retiming certificates \
+	sanitize clean
 
 plan: $(VENV)/plan-installed
-	$(BIN)/python scripts/plan.py --case 3 --out out/case3
+	@echo "A kitting round, four picks one after the other, timed for a drive:"
+	$(BIN)/python scripts/plan.py scenes/picks.yaml --retime --out out/picks --no-view
+	@echo "Case 3 of the paper by the paper's own law, which neither prevents collisions nor knows limits:"
+	$(BIN)/python scripts/plan.py --case 3 --out out/case3 --no-view
+	@if [ -t 1 ] && { [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ] || [ "$$(uname)" = Darwin ]; }; then \
+		$(BIN)/humanoid-rail play out/picks; \
+	else \
+		echo "To see them, open out/picks/playback.html and out/case3/playback.html in a browser."; \
+	fi
 
 test: $(VENV)/test-installed lint
 	$(BIN)/python -m pytest
@@ -16,6 +26,8 @@ lint: $(VENV)/test-installed
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
+	$(BIN)/lint-imports
+	$(BIN)/clang-format --dry-run --Werror $(ENGINE)
 
 # The documentation as a site, site/index.html.
 docs: $(VENV)/test-installed
@@ -28,7 +40,7 @@ generate: $(VENV)/plan-installed
 	$(BIN)/python scripts/generate.py
 
 figures: $(VENV)/test-installed
-	$(BIN)/python scripts/reproduce.py --out out/paper --readme README.md
+	$(BIN)/python scripts/reproduce.py --out out/paper --readme docs/paper.md
 	cp out/paper/sweep_activation_distance.png docs/activation_distance.png
 
 picture: $(VENV)/test-installed
@@ -36,21 +48,26 @@ picture: $(VENV)/test-installed
 	$(BIN)/python scripts/screenshot.py docs/picks.png --scene scenes/picks.yaml --at 3.6
 
 benchmark: $(VENV)/test-installed
-	$(BIN)/python scripts/benchmark.py --json out/benchmark.json --readme README.md --docs docs/engine.md
+	$(BIN)/python -m benchmarks.engine_report --json out/benchmark.json --ratios docs/benchmarks.md --times docs/engine.md
 
-# Every method on the planning scenes, others' too: about a quarter of an hour, nearly all of it Pink's.
+# All methods on the planning scenes, including those of others: about a quarter of an hour, nearly all of it Pink's.
 evaluation: $(VENV)/test-installed
-	$(BIN)/python scripts/evaluate.py scenes/dev --method auto --method qp --method gradient-projection --method pink \
-		--method 'ik + rrt-connect' --json out/evaluation.json --figure out/evaluation.png --readme README.md
+	$(BIN)/python -m benchmarks.evaluate scenes/dev --method auto --method qp --method gradient-projection --method pink \
+		--method 'ik + rrt-connect' --json out/evaluation.json --figure out/evaluation.png \
+		--table docs/benchmarks.md --results README.md
 	cp out/evaluation.png docs/evaluation.png
 
+# Planning times and results compared with those of another checkout in which `make plan` was run: BASE=its folder.
+regression: $(VENV)/test-installed
+	$(BIN)/python -m benchmarks.against $(BASE)
+
 retiming: $(VENV)/test-installed
-	$(BIN)/python scripts/retiming.py scenes/dev --figure docs/timing.png --readme docs/retime.md
-	$(BIN)/python scripts/tracking.py scenes/dev --readme docs/export.md
+	$(BIN)/python -m benchmarks.retiming scenes/dev --figure docs/timing.png --readme docs/retime.md
+	$(BIN)/python -m benchmarks.tracking scenes/dev --readme docs/export.md
 
 # Certificates of 10,000 random motions against an independent check: about a quarter of an hour on two cores.
 certificates: $(VENV)/test-installed
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python scripts/check_certificates.py --json out/certificates.json --readme docs/safety.md
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m validation.check_certificates --json out/certificates.json --readme docs/safety.md
 
 # The tests of the native engine under AddressSanitizer and UndefinedBehaviorSanitizer, with GCC, in an environment of
 # its own. The interpreter itself is not looked at, and never gives back all of its memory.
@@ -61,7 +78,7 @@ sanitize:
 	LD_PRELOAD="$$(gcc -print-file-name=libasan.so) $$(gcc -print-file-name=libubsan.so) $$(gcc -print-file-name=libstdc++.so)" \
 	ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1 \
 	$(SANITIZED)/bin/python -m pytest -k 'not python and not allocated and not memory' \
-		tests/test_native.py tests/test_safety.py tests/test_rollout.py tests/test_verify.py tests/test_kinematics.py tests/test_resolution.py tests/test_planner.py tests/test_paper.py
+		tests/kinematics tests/collision tests/resolution tests/planning/test_planner.py tests/paper
 
 $(VENV)/pyvenv.cfg:
 	@$(PYTHON) -c 'import sys; v = sys.version_info[:2]; sys.exit(None if (3, 11) <= v <= (3, 13) else \
@@ -70,7 +87,7 @@ $(VENV)/pyvenv.cfg:
 	$(BIN)/python -m pip install --quiet --upgrade pip
 
 # Builds the native engine, which takes a minute or two.
-$(VENV)/plan-installed: $(VENV)/pyvenv.cfg pyproject.toml CMakeLists.txt $(wildcard engine/*)
+$(VENV)/plan-installed: $(VENV)/pyvenv.cfg pyproject.toml CMakeLists.txt $(ENGINE)
 	@echo "Installing what is needed (about 1 GB) and compiling the native engine: two to six minutes."
 	$(BIN)/python -m pip install --quiet --editable . $(BUILD)
 	touch $@

@@ -32,9 +32,9 @@ from humanoid_rail.planning.methods import METHODS
 from humanoid_rail.progress import progress, progress_bar
 
 PICTURES = (".png", ".svg")
-"""Suffixes of the figure."""
+"""The figure has one of these suffixes."""
 WIDTH = 200
-"""Of the table where there is no terminal, whose width it has to keep to, in characters."""
+"""The table has at least this width where there is no terminal whose width it has to keep to, in characters."""
 COLUMNS = (
     "family",
     "method",
@@ -61,7 +61,7 @@ RESULTS = ("auto", "qp", "gradient-projection", "ik + rrt-connect")
     cls=Command,
     examples={
         "python -m benchmarks.evaluate scenes/dev": "The planner's methods, on 75 scenes.",
-        "python -m benchmarks.evaluate scenes/dev --family deep --method auto --method 'ik + rrt-connect'": "Two, on 15.",
+        "python -m benchmarks.evaluate scenes/dev --family deep --method auto --method pink": "Two methods on 15.",
     },
     groups={"What to compare": ("methods", "wanted"), "Results": ("json_file", "figure", "table", "results")},
 )
@@ -73,7 +73,11 @@ RESULTS = ("auto", "qp", "gradient-projection", "ik + rrt-connect")
 @click.option(
     "--table", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Markdown file for the table."
 )
-@click.option("--results", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="The same for four rows.")
+@click.option(
+    "--results",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    help="Markdown file for the table of four methods over all scenes.",
+)
 def command(
     folder: str,
     methods: tuple[str, ...],
@@ -83,7 +87,7 @@ def command(
     table: Path | None,
     results: Path | None,
 ) -> None:
-    """Plan every scene in DIR, one at a time, and print what came of it per family of scenes.
+    """Plan every scene in DIR, one at a time, and print the results per family of scenes.
 
     The family is a scene's name up to its number: shelf-900000 is one of `shelf`. The times, median and 95th percentile
     over all scenes, are of planning and certifying. The least clearance is from obstacles or between links. The path is
@@ -92,7 +96,7 @@ def command(
 
     Without --method each of the planner's is tried. `pink` (extra `compare`) is Pink with limits of position and speed
     and with barriers for all that `qp` keeps clear of; it plans nothing by itself, so its motion is rolled out.
-    `ik + rrt-connect` is what a textbook makes of inverse kinematics and OMPL.
+    `ik + rrt-connect` is a textbook combination of inverse kinematics and OMPL.
     """
     planners = {method: make_planner(method) for method in dict.fromkeys(methods or METHODS)}
     if figure is not None:
@@ -159,7 +163,7 @@ def result_rows(rows: Sequence[Row]) -> list[list[str]]:
     return [
         [
             method,
-            f"{found[method].reached_and_certified} of {found[method].scenes}",
+            f"{found[method].reached_and_certified}/{found[method].scenes}",
             f"{1e3 * found[method].median_time:.1f}",
             _said(found[method].path_length, 0.0)[0],
         ]

@@ -18,11 +18,11 @@ from humanoid_rail.result import Status
 from humanoid_rail.scene.scene import Scene, check_scene, is_of_a_scene, load_scene
 
 SUFFIXES = (".json", ".yaml", ".yml")
-"""Of scene files."""
+"""Scene files have one of these suffixes."""
 ALL = "all"
-"""What the families together are called."""
+"""The families together have this name."""
 BEYOND = 1e-6
-"""An excess over a limit that counts, m, rad, m/s or rad/s."""
+"""An excess over a limit counts from this on, m, rad, m/s or rad/s."""
 
 
 @dataclass(frozen=True)
@@ -61,12 +61,12 @@ class Outcome:
 
     @property
     def reached(self) -> bool:
-        """Whether the hands are at their targets, whatever happened on the way."""
+        """Whether the hands are at their targets, whatever happened before."""
         return self.status == Status.REACHED
 
     @property
     def good(self) -> bool:
-        """Whether the hands are at their targets and the way there is proven free of contact."""
+        """Whether the hands are at their targets and the motion is proven free of contact."""
         return self.reached and self.certified
 
 

@@ -30,9 +30,9 @@ from humanoid_rail.progress import progress_bar
 
 MILLISECOND = 1e-3
 JERK_LIMIT = 100.0
-"""m/s^3 and rad/s^3."""
+"""The plans are also retimed within this limit, m/s^3 and rad/s^3."""
 EXCESS = 1e-6
-"""More than this above a limit of 1 counts."""
+"""An excess over a limit of 1 counts from this on."""
 COLUMNS = (
     "family",
     "certified",
@@ -58,7 +58,7 @@ class Row:
     """The largest at 1 ms sampling, in units of the limit, as the next."""
     acceleration: float
     exponential: float
-    """How long eq. 4.9 takes with K = 1, whatever is in the way, s."""
+    """How long eq. 4.9 takes with K = 1 if there are no obstacles, s."""
     planned: float
     retimed: float
     limited_jerk: float

@@ -1,8 +1,8 @@
-"""What one puts together from a textbook: multi-start inverse kinematics and OMPL's RRT-Connect, for comparisons.
+"""A textbook baseline for comparisons: multi-start inverse kinematics and OMPL's RRT-Connect.
 
-Goals are looked for by damped least squares from random configurations, and thrown away if anything touches.
-RRT-Connect tries one after the other. Straight ways are sampled, as OMPL does by itself, and so are the shortcuts that
-OMPL makes of what it finds. There is no safety distance, and nothing between two samples is looked at.
+Goals are found by damped least squares from random configurations, and rejected if anything touches. RRT-Connect tries
+one after the other. Edges are sampled, as OMPL does by itself, and so are the shortcuts that OMPL makes of the path. There
+is no safety distance, and nothing between two samples is looked at.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ from humanoid_rail.scene.scene import Scene, target_points
 from humanoid_rail.search.smoothing import time_path
 
 GOALS = 10
-"""How many goals are tried."""
+"""This many goals are tried."""
 GOAL_TIME = 1.0
-"""How long RRT-Connect tries a goal, s."""
+"""RRT-Connect tries a goal for this long, s."""
 RESOLUTION = 0.009
-"""How far apart the samples of a straight way are, rad; at 0.07 ways lead through shelves."""
+"""The samples of an edge are this far apart, rad; with 0.07 paths lead through shelves."""
 DAMPING, LONGEST_STEP = 1e-3, 0.5
-"""Of the inverse kinematics: lambda^2 in m^2, and the longest step in rad."""
+"""The inverse kinematics has this damping lambda^2 in m^2, and this longest step in rad."""
 ITERATIONS, ARRIVED = 100, 1e-4
-"""At most so many steps; the hands are at their targets up to this, m."""
+"""The inverse kinematics takes at most so many steps, until the hands are at their targets up to this, m."""
 MOST_STARTS = 2000
-"""After so many starts the inverse kinematics gives up."""
+"""After so many random starts no more goals are looked for."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Baseline:
     reason: str
     """The status in a sentence."""
     sampled: PathQuality | None
-    """The way as RRT-Connect found it, if it did."""
+    """The path as RRT-Connect found it, if it did."""
 
 
 class Goals:
@@ -95,7 +95,7 @@ class Space:
         self.information.setup()
 
     def connect(self, start: Array, goal: Array, seconds: float) -> geometric.PathGeometric | None:
-        """Return a way between two configurations (n,) if RRT-Connect finds one in time."""
+        """Return a path between two configurations (n,) if RRT-Connect finds one in time."""
         problem = base.ProblemDefinition(self.information)
         problem.setStartAndGoalStates(self._state(start), self._state(goal))
         planner = geometric.RRTConnect(self.information)
@@ -105,7 +105,7 @@ class Space:
         return problem.getSolutionPath() if problem.hasExactSolution() else None
 
     def points(self, path: geometric.PathGeometric) -> Array:
-        """Return the configurations (K, n) of a way, m and rad."""
+        """Return the configurations (K, n) of a path, m and rad."""
         return np.array([state[0 : self.n] for state in path.getStates()]) * self.units
 
     def _state(self, q: Array) -> base.RealVectorStateType:

@@ -45,20 +45,6 @@ class Ratio:
     """First quartile."""
     high: float
     """Third quartile."""
-    least: float | None = None
-    """The check fails where the ratio is smaller, if there is such a limit."""
-    most: float | None = None
-    """The check fails where the ratio is larger, if there is such a limit."""
-
-    @property
-    def fault(self) -> str | None:
-        """Why the ratio is outside its limit, or None: three of four repeats have to be, as machines are noisy."""
-        said = f"{self.what} is {self.median:.3g} ({self.low:.3g} to {self.high:.3g})"
-        if self.least is not None and self.high < self.least:
-            return f"{said}, and should be at least {self.least:g}"
-        if self.most is not None and self.low > self.most:
-            return f"{said}, and should be at most {self.most:g}"
-        return None
 
 
 def interleaved(works: Works, repeats: int) -> dict[str, Array]:
@@ -99,7 +85,7 @@ def figure(what: str, values: Array) -> Figure:
     return Figure(what, float(median), float(low), float(high), len(values))
 
 
-def ratio(what: str, above: Array, below: Array, least: float | None = None, most: float | None = None) -> Ratio:
+def ratio(what: str, above: Array, below: Array) -> Ratio:
     """Return the ratio of two works that took turns."""
     low, median, high = (float(x) for x in np.quantile(above / below, [0.25, 0.5, 0.75]))
-    return Ratio(what, median, low, high, least, most)
+    return Ratio(what, median, low, high)

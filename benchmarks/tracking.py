@@ -11,13 +11,14 @@ import click
 
 from benchmarks.evaluation import family_of
 from humanoid_rail import Robot, Scene, Trajectory, load_robot, load_scene, paper_scene, plan, plan_case, retime
-from humanoid_rail.cli.console import print_table, progress_bar, run
+from humanoid_rail.cli.console import print_table, run
 from humanoid_rail.io.export import export
 from humanoid_rail.io.mujoco.player import Tracking, track
+from humanoid_rail.progress import progress_bar
 
 CASE = "case 3 of the paper"
 LARGEST_ERROR, LARGEST_FINAL_ERROR = 0.02, 0.01
-"""Of a hand along the way and at the end, m."""
+"""The errors of a hand during the motion and at the end may be at most these, m."""
 COLUMNS = (
     "motions",
     "simulated",

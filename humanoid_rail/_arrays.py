@@ -18,6 +18,12 @@ def frozen(values: ArrayLike) -> Array:
     return array
 
 
+def triple(vector: Array) -> tuple[float, float, float]:
+    """Return a vector (3,) as a tuple."""
+    x, y, z = vector.tolist()
+    return x, y, z
+
+
 class FrozenArrays:
     """Base of frozen dataclasses whose arrays stay read-only when they are copied or pickled."""
 

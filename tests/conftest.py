@@ -15,26 +15,31 @@ from scipy.interpolate import CubicSpline
 
 import humanoid_rail
 from humanoid_rail import (
-    Kinematics as PythonKinematics,
-)
-from humanoid_rail import (
+    Box,
+    Capsule,
+    HalfSpace,
     NativeKinematics,
     PointTask,
     Robot,
     Scene,
+    Sphere,
     Timing,
     Trajectory,
     load_robot,
     paper_scene,
 )
+from humanoid_rail import Kinematics as PythonKinematics
 from humanoid_rail._native import why_no_engine
 from humanoid_rail.planning.methods import METHODS
 from humanoid_rail.planning.options import ENGINES
+from humanoid_rail.scene.obstacles import Obstacle
 
 ROOT = Path(__file__).resolve().parent.parent
-for folder in ("", "scripts"):
+for folder in ("", "scripts", "tests/cli"):
     sys.path.insert(0, str(ROOT / folder))
 
+AHEAD = {"left": (-1.6, 0.6, 3.4), "right": (-1.6, 2.2, 3.4)}
+"""Targets that the robot can reach where nothing is in the way."""
 KINEMATICS = {"native": NativeKinematics, "python": PythonKinematics}
 """The class of each engine."""
 
@@ -134,6 +139,40 @@ def points(targets: np.ndarray, hands: tuple[str, ...] = ("left", "right")) -> t
     """Return tasks that put hands at points (h, 3)."""
     at = np.asarray(targets, float).reshape(-1, 3).tolist()
     return tuple(PointTask(hand, (x, y, z)) for hand, (x, y, z) in zip(hands, at, strict=False))
+
+
+def random_scene(rng: np.random.Generator, speed: float = 0.0) -> Scene:
+    def place() -> tuple[float, ...]:
+        return tuple(np.array([0.0, 2.0, 2.8]) + rng.uniform(-2.5, 2.5, 3))
+
+    moves = tuple(speed * rng.uniform(-1, 1, 3))
+    return Scene(
+        name="some",
+        targets=AHEAD,
+        obstacles=(
+            Sphere(center=place(), radius=rng.uniform(0.05, 0.4), velocity=moves),
+            Box(center=place(), size=tuple(rng.uniform(0.05, 0.8, 3)), rpy=tuple(rng.uniform(-2, 2, 3))),
+            Capsule(center=place(), radius=0.1, length=0.7, rpy=tuple(rng.uniform(-2, 2, 3)), velocity=moves),
+            HalfSpace(normal=(0.1, 0.0, 1.0), offset=rng.uniform(-1.5, 0.0), velocity=(0.0, 0.0, 0.1 * speed)),
+        ),
+    )
+
+
+def some_obstacles(rng: np.random.Generator, count: int = 6, speed: float = 0.0) -> tuple[Obstacle, ...]:
+    """Return spheres, capsules and boxes around the robot."""
+
+    def place() -> tuple[float, ...]:
+        return tuple(np.array([0.0, 2.0, 2.8]) + rng.uniform(-2.2, 2.2, 3))
+
+    def velocity() -> tuple[float, ...]:
+        return tuple(speed * rng.uniform(-1, 1, 3))
+
+    kinds = (
+        lambda: Sphere(center=place(), radius=rng.uniform(0.1, 0.4), velocity=velocity()),
+        lambda: Capsule(center=place(), radius=0.1, length=0.8, rpy=tuple(rng.uniform(-1, 1, 3)), velocity=velocity()),
+        lambda: Box(center=place(), size=tuple(rng.uniform(0.1, 0.8, 3)), velocity=velocity()),
+    )
+    return tuple(kinds[i % 3]() for i in range(count))
 
 
 def random_q(robot: Robot, rng: np.random.Generator) -> np.ndarray:

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from conftest import ROOT
 from ruamel.yaml import YAML
-from test_commands import Ran
+from running import Ran
 
 import humanoid_rail
 

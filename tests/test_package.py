@@ -1,4 +1,4 @@
-"""The package as it is installed."""
+"""The package as it is installed, and what importing it loads."""
 
 from __future__ import annotations
 
@@ -13,7 +13,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import ROOT
-from humanoid_rail.planning.engines import why_not_native
+
+import humanoid_rail
+from humanoid_rail._native import why_no_engine
+
+HEAVY = {"scipy", "pydantic", "ruamel", "ompl", "toppra", "meshcat", "rich", "click", "pinocchio", "coal", "numpy"}
+"""None of these is loaded before it is used."""
 
 
 def python(code: str, *, cwd: Path, site: Path | None = None) -> str:
@@ -31,36 +36,52 @@ def python(code: str, *, cwd: Path, site: Path | None = None) -> str:
     return result.stdout
 
 
-def test_import_loads_neither_meshcat_nor_matplotlib(tmp_path: Path) -> None:
+def loaded_by(code: str, cwd: Path) -> set[str]:
+    """Return the packages that are loaded after some code ran in a fresh process."""
+    said = python(f"import sys\n{code}\nprint(*{{name.partition('.')[0] for name in sys.modules}})", cwd=cwd)
+    return set(said.splitlines()[-1].split())
+
+
+def test_importing_the_package_loads_next_to_nothing(tmp_path: Path) -> None:
+    assert not HEAVY & loaded_by("import humanoid_rail", tmp_path)
+
+
+def test_the_help_of_the_console_command_loads_only_click(tmp_path: Path) -> None:
     code = """
-import sys
-from humanoid_rail import *
-heavy = {'meshcat', 'matplotlib', 'trimesh', 'coacd', 'mujoco', 'toppra', 'ruckig', 'scipy.signal'}
-print(sorted(heavy & set(sys.modules)))
+from humanoid_rail.cli import main
+sys.argv = ["humanoid-rail", "--help"]
+try:
+    main()
+except SystemExit as ended:
+    assert ended.code == 0
 """
-    assert python(code, cwd=tmp_path).strip() == "[]"
+    assert HEAVY & loaded_by(code, tmp_path) == {"click"}
+
+
+def test_the_public_names_load_neither_viewers_nor_what_exports_need(tmp_path: Path) -> None:
+    heavy = {"meshcat", "matplotlib", "trimesh", "coacd", "mujoco", "toppra", "ruckig", "click", "rich"}
+    assert not heavy & loaded_by("from humanoid_rail import *", tmp_path)
 
 
 def test_every_public_name_exists() -> None:
-    import humanoid_rail
-
     for name in humanoid_rail.__all__:
         assert getattr(humanoid_rail, name).__doc__, name
 
 
-def test_functions_that_are_called_like_their_modules_are_the_functions() -> None:
-    import humanoid_rail
-
-    assert callable(humanoid_rail.verify)
-    assert callable(humanoid_rail.retime)
+def test_no_public_function_is_called_like_a_module() -> None:
+    modules = {path.stem for path in (ROOT / "humanoid_rail").glob("*.py")}
+    modules |= {path.name for path in (ROOT / "humanoid_rail").iterdir() if path.is_dir()}
+    assert not modules & set(humanoid_rail.__all__)
 
 
 def test_only_the_oracle_and_the_tests_use_the_oracle() -> None:
+    oracle = ROOT / "humanoid_rail" / "paper" / "dh_table.py"
     for path in (ROOT / "humanoid_rail").rglob("*.py"):
-        if path.name != "dh.py":
-            assert not re.search(r"import dh|humanoid_rail\.dh", path.read_text(encoding="utf-8")), path
-    imports = re.findall(r"^(?:from|import) (\S+)", (ROOT / "humanoid_rail" / "dh.py").read_text(), re.MULTILINE)
-    assert set(imports) == {"__future__", "dataclasses", "math", "typing", "numpy", "numpy.typing"}
+        if path != oracle:
+            imports = re.findall(r"^\s*(?:from|import) .*$", path.read_text(encoding="utf-8"), re.MULTILINE)
+            assert not [line for line in imports if "dh_table" in line], path
+    imports = re.findall(r"^(?:from|import) (\S+)", oracle.read_text(encoding="utf-8"), re.MULTILINE)
+    assert set(imports) <= {"__future__", "collections.abc", "dataclasses", "math", "typing", "numpy", "numpy.typing"}
 
 
 @pytest.fixture(scope="module")
@@ -78,32 +99,27 @@ def test_the_wheel_works_outside_the_checkout(wheel: Path, tmp_path: Path) -> No
     zipfile.ZipFile(wheel).extractall(site)
     if (extension := find_spec("humanoid_rail._engine")) is not None and extension.origin is not None:
         shutil.copy(extension.origin, site / "humanoid_rail")
-    code = """
+    engine = "native" if why_no_engine() is None else "python"
+    code = f"""
 import humanoid_rail
 robot = humanoid_rail.load_robot(link_radius=0.03, l_l3=0.9)
-trajectory = conftest.plan(robot, humanoid_rail.paper_scene(), dt=0.5)
+method = humanoid_rail.GradientProjection(dt=0.5, engine={engine!r})
+trajectory = humanoid_rail.plan(robot, humanoid_rail.paper_scene(), method)
 print(humanoid_rail.__file__)
-print(trajectory.status, trajectory.engine)
+print(trajectory.status, trajectory.engine, trajectory.certified)
 """
-    where, status, engine = python(code, cwd=tmp_path, site=site).split()
+    where, status, found, certified = python(code, cwd=tmp_path, site=site).split()
     assert Path(where).is_relative_to(site)
-    assert (status, engine) == ("reached", "native" if why_not_native() is None else "python")
+    assert (status, found, certified) == ("reached", engine, str(engine == "native"))
 
 
 def test_the_wheel_holds_what_it_should(wheel: Path) -> None:
     names = set(zipfile.ZipFile(wheel).namelist())
-    robots = {f"humanoid_rail/robots/humanoid_rail.{suffix}" for suffix in ("urdf", "urdf.xacro", "srdf")}
-    assert (
-        robots
-        | {
-            "humanoid_rail/scenes/paper.yaml",
-            "humanoid_rail/scenes/picks.yaml",
-            "humanoid_rail/py.typed",
-            "humanoid_rail/scene.schema.json",
-        }
-        <= names
-    )
-    assert not [name for name in names if "dev" in name.split("/")]
-    assert {"humanoid_rail/commands/plan.py", "humanoid_rail/comparison/methods.py"} <= names
+    assert {f"humanoid_rail/robots/humanoid_rail.{suffix}" for suffix in ("urdf", "urdf.xacro", "srdf")} <= names
+    assert {f"humanoid_rail/scenes/{name}.yaml" for name in ("paper", "picks")} <= names
+    assert {
+        f"humanoid_rail/{name}" for name in ("__init__.pyi", "py.typed", "scene.schema.json", "cli/plan.py")
+    } <= names
+    assert not [name for name in names if {"dev", "benchmarks", "validation"} & set(name.split("/"))]
     top = {name.split("/")[0] for name in names}
     assert {name for name in top if not name.endswith(".dist-info")} == {"humanoid_rail"}

@@ -1,1 +1,1 @@
-"""Validation: checks against independent oracles on many random inputs. Run from the checkout, not part of the wheel."""
+"""Validation: independent oracles and many random inputs. Run from the checkout, not part of the wheel."""

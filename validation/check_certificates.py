@@ -41,16 +41,16 @@ from validation.plain_geometry import (
 from validation.random_motions import KINDS, Motion, make_motion, robot, scene_of
 
 MARGIN = 1e-3
-"""What is free by more has to be certified; contacts are where they are said to be to within this, m."""
+"""A motion that is free by more has to be certified, and contacts are where they are said to be to within this, m."""
 PRECISION = 1e-6
-"""What bounds are precise to, m."""
+"""Bounds are precise to this, m."""
 SLIGHT = 1e-5
-"""What touches by no more may go unnoticed, m."""
+"""Penetration by no more than this may go unnoticed, m."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of holding the certificate of a motion against plain geometry."""
+    """The certificate of a motion compared with plain geometry."""
 
     index: int
     kind: str

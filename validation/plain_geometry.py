@@ -1,7 +1,7 @@
 """Clearances of the robot's bones by hand: Table 1 and plain segments. NumPy only.
 
-What the robot is taken for here comes from `humanoid_rail/dh.py` and from the list of links that may touch; nothing is
-shared with the URDF, Pinocchio, coal or the package's own search for contact.
+The robot is that of `humanoid_rail/paper/dh_table.py` and of the list of links that may touch; nothing is shared with
+the URDF, Pinocchio, coal or the package's own search for contact.
 
 Clearances are signed, m, but where a bone's axis is inside a box it counts as on its surface.
 
@@ -23,10 +23,10 @@ from humanoid_rail.paper import dh_table as dh
 from humanoid_rail.scene.obstacles import Box, Capsule, HalfSpace, Obstacle, Sphere
 
 RADIUS = 0.05
-"""Of the bones, m."""
+"""The radius of the bones, m."""
 LINKS = tuple(dh.BONES)
 STRIDE = 20
-"""At every so many moments all clearances are measured."""
+"""All clearances are measured at one of this many moments."""
 STEP = 1e-3
 """The farthest that a bone moves between two moments that are looked at, m: as it passes a body in a curve, at worst
 that of its own thickness, the smallest clearance is then found to within STEP^2 / (8 RADIUS), 2.5 um."""
@@ -60,9 +60,9 @@ def rotation(rpy: tuple[float, float, float]) -> Array:
 
 def point_segment(point: Array, segment: Array) -> Array:
     """Return the distances (...) of points (..., 3) from segments (..., 2, 3)."""
-    start, way = segment[..., 0, :], segment[..., 1, :] - segment[..., 0, :]
-    s = np.clip(_ratio(_dot(point - start, way), _dot(way, way)), 0.0, 1.0)
-    return _norm(start + s[..., None] * way - point)
+    start, along = segment[..., 0, :], segment[..., 1, :] - segment[..., 0, :]
+    s = np.clip(_ratio(_dot(point - start, along), _dot(along, along)), 0.0, 1.0)
+    return _norm(start + s[..., None] * along - point)
 
 
 def segment_segment(one: Array, other: Array) -> Array:
@@ -84,12 +84,12 @@ def segment_box(segment: Array, half: Array) -> Array:
     Along a segment the square of the distance is convex. Its derivative is linear but for kinks where the segment
     crosses the planes of the faces, so where it is 0 lies on a straight line between two of them.
     """
-    start, way = segment[..., 0, :], segment[..., 1, :] - segment[..., 0, :]
-    kinks = np.concatenate([_ratio(-half - start, way), _ratio(half - start, way)], axis=-1)
+    start, along = segment[..., 0, :], segment[..., 1, :] - segment[..., 0, :]
+    kinks = np.concatenate([_ratio(-half - start, along), _ratio(half - start, along)], axis=-1)
     ends = np.broadcast_to([0.0, 1.0], (*kinks.shape[:-1], 2))
     s = np.sort(np.concatenate([np.clip(kinks, 0.0, 1.0), ends], axis=-1), axis=-1)
-    at = start[..., None, :] + s[..., None] * way[..., None, :]
-    slope = _dot(at - np.clip(at, -half, half), way[..., None, :])
+    at = start[..., None, :] + s[..., None] * along[..., None, :]
+    slope = _dot(at - np.clip(at, -half, half), along[..., None, :])
     after = np.where(slope[..., -1] < 0.0, s.shape[-1] - 1, np.argmax(slope >= 0.0, axis=-1))
     before = np.maximum(after - 1, 0)
     (s0, s1), (g0, g1) = (
@@ -97,7 +97,7 @@ def segment_box(segment: Array, half: Array) -> Array:
     )
     # Still falling at the end: the end itself.
     share = np.where(g1 < 0.0, 1.0, np.clip(_ratio(-g0, g1 - g0), 0.0, 1.0))
-    point = start + (s0 + share * (s1 - s0))[..., None] * way
+    point = start + (s0 + share * (s1 - s0))[..., None] * along
     return _norm(point - np.clip(point, -half, half))
 
 

@@ -9,10 +9,23 @@ from dataclasses import dataclass, replace
 from functools import cache, partial
 from itertools import count
 from math import pi
+from typing import Any
 
 import numpy as np
 
-from humanoid_rail import Box, Capsule, Certificate, HalfSpace, Robot, Safety, Scene, Sphere, load_robot, plan
+from humanoid_rail import (
+    Box,
+    Capsule,
+    Certificate,
+    GradientProjection,
+    HalfSpace,
+    Robot,
+    SafeVelocity,
+    Scene,
+    Sphere,
+    load_robot,
+    plan,
+)
 from humanoid_rail._arrays import Array
 from humanoid_rail.scene.obstacles import Obstacle
 from validation.plain_geometry import (
@@ -27,23 +40,22 @@ from validation.plain_geometry import (
     segment_segment,
 )
 
-METHODS = {"qp": "qp", "eq. 4.9": "gradient-projection"}
-"""Of the planner, by what motions are called here."""
+QP, GRADIENT_PROJECTION = "qp", "eq. 4.9"
 ELSEWHERE, NEAR = "elsewhere", "near miss"
-KINDS = (*METHODS, ELSEWHERE, NEAR)
-"""Of motions."""
+KINDS = (QP, GRADIENT_PROJECTION, ELSEWHERE, NEAR)
+"""The kinds of motions are those of two planning methods, motions that were not planned, and near misses."""
 START = 1e-3
-"""What starts are clear of obstacles by at the least, m."""
+"""Starts are clear of obstacles by at least this, m."""
 MISS = (1e-4, 5e-3)
-"""How near near misses are to contact, on either side, m."""
+"""Near misses are this near to contact, on either side, m."""
 CLOSELY = 1e-5
-"""How closely a near miss is as near as it should be, m."""
+"""A near miss is as near as it should be to within this, m."""
 PROBE = 1e-6
-"""What an obstacle is moved by to see where its clearance grows, m."""
+"""An obstacle is moved by this to see where its clearance grows, m."""
 ATTEMPTS = 10
-"""How often a miss between samples is looked for: there may be none."""
+"""A miss between samples is looked for this often, as there may be none."""
 COARSE = 10
-"""How many times finer than the samples to look while a near miss is made."""
+"""While a near miss is made, the motion is looked at this many times finer than its samples."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,15 +157,18 @@ def planned(rng: np.random.Generator, kind: str, start: Array, obstacles: tuple[
     trajectory = plan(
         robot(),
         scene_of(obstacles, initial=start, targets=targets),
-        METHODS[kind],
-        gain=3.0,
-        c_kappa=c_kappa,
-        epsilon=0.5,
-        dt=0.02,
-        max_time=3.0,
-        safety_distance=distance if METHODS[kind] == "qp" else Safety().safety_distance,
+        method_of(kind, c_kappa, distance),
     )
     return Motion(kind, trajectory.t, trajectory.q, obstacles, trajectory.certificate)
+
+
+def method_of(kind: str, c_kappa: float, safety_distance: float) -> SafeVelocity | GradientProjection:
+    """Return the method that makes motions of a kind; gradient projection keeps no distance."""
+    common: dict[str, Any] = {"gain": 3.0, "c_kappa": c_kappa, "epsilon": 0.5, "dt": 0.02, "max_time": 3.0}
+    if kind == QP:
+        return SafeVelocity(safety_distance=safety_distance, **common)
+    assert kind == GRADIENT_PROJECTION, kind
+    return GradientProjection(**common)
 
 
 def elsewhere(rng: np.random.Generator, start: Array, obstacles: tuple[Obstacle, ...]) -> Motion:
@@ -196,9 +211,9 @@ def links_passing(rng: np.random.Generator, miss: float) -> tuple[Array, Array]:
     t = np.array([0.0, rng.uniform(0.2, 1.5)])
     for attempt in count():
         middle = random_start(rng)
-        way = rng.normal(0.0, np.exp(rng.uniform(np.log(0.03), np.log(0.5))), middle.size)
+        step = rng.normal(0.0, np.exp(rng.uniform(np.log(0.03), np.log(0.5))), middle.size)
         for _ in range(20):
-            q = np.array([middle - way, middle + way])
+            q = np.array([middle - step, middle + step])
             course = follow(t, q, COARSE)
             apart = course.between_links(-np.inf)
             k, pair = np.unravel_index(apart.argmin(), apart.shape)
@@ -207,7 +222,7 @@ def links_passing(rng: np.random.Generator, miss: float) -> tuple[Array, Array]:
             # Shifted to where they are as near as they should be, and turned so that they get no nearer.
             direction = links_direction(configuration(t, q, course.t[k]), PAIRS[pair])
             middle = middle + direction * (miss - apart[k, pair])
-            way = way - direction * (way @ direction) / max(float(direction @ direction), PROBE)
+            step = step - direction * (step @ direction) / max(float(direction @ direction), PROBE)
     raise AssertionError
 
 

@@ -4,23 +4,22 @@ A task has an error e(q) and its Jacobian de/dq, as in Pink. Errors are what is 
 4.6 with the stacked rows of all tasks makes them decay. Anything with `rows`, `error`, `jacobian` and `drift` is a
 task; those of this module also exist in the native engine, and others are called back from there.
 
-Shapes: m rows, n actuated joints. The targets of a scene become tasks by :func:`tasks_of`.
+Shapes: m rows, n actuated joints. The targets of a scene become tasks in :mod:`humanoid_rail.kinematics.step_tasks`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 import pinocchio as pin
 
-from humanoid_rail._arrays import Array
+from humanoid_rail._arrays import Array, triple
 from humanoid_rail.errors import InvalidInput, checked_number
 from humanoid_rail.kinematics.state import State
-from humanoid_rail.model.robot import Hand, Robot
-from humanoid_rail.scene.targets import Pose, Step, direction, position
+from humanoid_rail.model.robot import Robot
 
 LEVER = 0.3
 """The points that give a hand its orientation are this far from its own point, m: where errors are below 1e-7 m, an
@@ -261,36 +260,6 @@ def hand_drift(state: State, hand: str, velocity: Array) -> tuple[Array, Array, 
     return acceleration.linear, acceleration.angular, pin.getFrameVelocity(model, data, frame, aligned).angular
 
 
-def tasks_of(robot: Robot, step: Step) -> tuple[Task, ...]:
-    """Return the tasks of a step of a scene that was checked: first the points of all hands, then how they are turned.
-
-    The orientation of a hand is where its points are: one behind its own gives the direction it points in, and two on
-    different axes give its orientation. So what moves points also turns hands, and all errors are in m.
-    """
-    points: list[Task] = [
-        PointTask(name, position(target)) for name in robot.hand_names if (target := step[name]) is not None
-    ]
-    turned = [
-        PointTask(hand.name, at, offset)
-        for hand in robot.hands
-        if isinstance(target := step[hand.name], Pose)
-        for offset, at in _further_points(hand, target)
-    ]
-    return (*points, *turned)
-
-
-def _further_points(hand: Hand, pose: Pose) -> Iterator[tuple[tuple[float, float, float], tuple[float, float, float]]]:
-    """Yield offsets in a hand's frame and where the points there have to be, m."""
-    place, pointing = np.array(pose.position), _unit(hand.pointing)
-    towards = direction(pose, hand.pointing)
-    if towards is not None:
-        yield _triple(-LEVER * pointing), _triple(place - LEVER * towards)
-    if pose.rpy is not None:
-        across = np.cross(pointing, np.eye(3)[abs(pointing).argmin()])
-        across /= np.linalg.norm(across)
-        yield _triple(-LEVER * across), _triple(place - LEVER * pin.rpy.rpyToMatrix(*pose.rpy) @ across)
-
-
 def _keep_vectors(task: Task, *names: str) -> None:
     """Keep vectors of a task as tuples of three finite numbers.
 
@@ -305,7 +274,7 @@ def _keep_vectors(task: Task, *names: str) -> None:
             vector = np.empty(0)
         if vector.shape != (3,) or not np.isfinite(vector).all():
             raise InvalidInput(name, value, "three finite numbers")
-        object.__setattr__(task, name, _triple(vector))
+        object.__setattr__(task, name, triple(vector))
 
 
 def _rows_of(hand: int) -> slice:
@@ -316,8 +285,3 @@ def _rows_of(hand: int) -> slice:
 def _unit(vector: Sequence[float]) -> Array:
     unit: Array = np.array(vector, float) / np.linalg.norm(vector)
     return unit
-
-
-def _triple(values: Array) -> tuple[float, float, float]:
-    x, y, z = values.tolist()
-    return x, y, z

@@ -11,7 +11,7 @@ import numpy as np
 from humanoid_rail._arrays import Array
 from humanoid_rail.kinematics.joint_limits import JointMotion
 from humanoid_rail.kinematics.path_metric import PathQuality, path_quality
-from humanoid_rail.kinematics.task import tasks_of
+from humanoid_rail.kinematics.step_tasks import tasks_of
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.options import Planned, PlanningMethod
 from humanoid_rail.problem import Problem

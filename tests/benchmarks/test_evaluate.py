@@ -185,14 +185,3 @@ def test_pink_is_judged_like_the_planner(robot: Robot) -> None:
     )
     assert motion.status == "failed"
     assert "velocity" in motion.reason
-
-
-def test_pink_gives_up_where_qp_does(robot: Robot, scene: Scene) -> None:
-    pytest.importorskip("pink", reason="needs the extra compare")
-    from benchmarks.pink_baseline import Pink
-
-    far = scene.model_copy(update={"obstacles": (), "targets": {"left": (-9.0, 0.0, 3.0), "right": (-9.0, 0.0, 3.0)}})
-    rollout = Pink(robot, far, dt=0.05, safety_distance=0.01).rollout(patience=0.5)
-    assert (rollout.status, rollout.reached) == ("stalled", False)
-    assert len(rollout.t) == len(rollout.q) < 60 / 0.05
-    assert Pink(robot, far, dt=0.05, safety_distance=0.01).rollout(max_time=0.2).status == "time_limit"

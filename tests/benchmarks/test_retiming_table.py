@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-import retiming
-import tracking
 from click.testing import CliRunner
 from conftest import ROOT
 
+from benchmarks import retiming, tracking
 from humanoid_rail import Robot
 from humanoid_rail.paper.figures import timing_figure
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import signal
 import subprocess
@@ -11,12 +10,15 @@ import sys
 import tomllib
 from importlib import import_module
 from pathlib import Path
+from pkgutil import iter_modules
 
 import click
 import numpy as np
 import pytest
 from conftest import ROOT, plan
+from running import Ran, assert_bad_input, ran_without_engine, started
 
+import humanoid_rail.cli
 from humanoid_rail import (
     InvalidInput,
     Mesh,
@@ -34,35 +36,10 @@ from humanoid_rail.cli.console import run
 from humanoid_rail.io.plan_folder import Plan, read_plan, write_plan
 
 CSV_COLUMNS = 1 + 12 + 6
-HEAVY = {"meshcat", "matplotlib", "trimesh", "pink", "mujoco", "toppra", "ruckig", "scipy.signal"}
-
-
-def started(*arguments: object, cwd: Path) -> subprocess.Popen[str]:
-    environment = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "WAYLAND_DISPLAY")}
-    return subprocess.Popen(
-        [sys.executable, "-m", "humanoid_rail", *map(str, arguments)],
-        cwd=cwd,
-        env={**environment, "PYTHONUNBUFFERED": "1"},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-
-
-class Ran:
-    """What came of a command that ran in this process."""
-
-    def __init__(self, capfd: pytest.CaptureFixture[str], *arguments: object) -> None:
-        with pytest.raises(SystemExit) as caught:
-            run(commands, [str(argument) for argument in arguments])
-        self.code = caught.value.code
-        self.out, self.err = capfd.readouterr()
-
-
-def assert_bad_input(ran: Ran, said: str) -> None:
-    assert (ran.code, ran.out, ran.err.count("\n")) == (2, "", 1), ran.err
-    assert ran.err.startswith("error: ")
-    assert said in ran.err
+LIGHT = {"click", "humanoid_rail", "lazy_loader"}
+"""All that the help of the command may import beside Python's own library."""
+BESIDE = {"console", "plan_folder_options", "plan_options", "report"}
+"""The modules of the command line that are no commands."""
 
 
 @pytest.fixture(scope="module")
@@ -87,21 +64,30 @@ def colliding(tmp_path_factory: pytest.TempPathFactory, robot: Robot, scene: Sce
     return folder
 
 
-def test_the_help_lists_every_command_and_loads_nothing_heavy(tmp_path: Path) -> None:
-    code = f"""
+def test_the_help_lists_every_command_and_loads_nothing_for_it(tmp_path: Path) -> None:
+    code = """
 import sys
+before = set(sys.modules)
 from humanoid_rail.cli import main
 sys.argv = ["humanoid-rail", "--help"]
 try:
     main()
 finally:
-    print(sorted({HEAVY!r} & set(sys.modules)))
+    foreign = {name.partition(".")[0] for name in set(sys.modules) - before} - sys.stdlib_module_names
+    print(*sorted(foreign))
 """
     result = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)
-    *text, heavy = result.stdout.splitlines()
-    assert heavy == "[]"
+    *text, foreign = result.stdout.splitlines()
+    assert {"click", "humanoid_rail"} <= set(foreign.split()) <= LIGHT
     listed = re.findall(r"^  (\w+)  +\S.*\.$", "\n".join(text).partition("Commands:")[2], re.MULTILINE)
-    assert listed == ["plan", "play", "verify", "export", "urdf", "evaluate", "benchmark"] == list(COMMANDS)
+    assert listed == ["plan", "play", "verify", "export", "urdf"] == list(COMMANDS)
+
+
+def test_every_module_of_the_command_line_is_a_command_or_known_to_be_none() -> None:
+    modules = {module.name for module in iter_modules(humanoid_rail.cli.__path__)}
+    assert modules == set(COMMANDS) | BESIDE
+    for name in COMMANDS:
+        assert isinstance(import_module(f"humanoid_rail.cli.{name}").command, click.Command)
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -135,26 +121,55 @@ def test_without_a_command_there_is_help(capfd: pytest.CaptureFixture[str]) -> N
     assert Ran(capfd, "--version").out.startswith("humanoid_rail 0.")
 
 
-def test_the_console_command_is_the_module(tmp_path: Path) -> None:
+def test_the_console_command_is_that_of_the_module() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     module, _, name = project["scripts"]["humanoid-rail"].partition(":")
-    from humanoid_rail import commands as package
-
-    assert getattr(import_module(module), name) is package.main
+    assert getattr(import_module(module), name) is humanoid_rail.cli.main
 
 
 def test_bad_input_is_one_line_and_exit_2(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     for arguments, said in (
-        (["dance"], "command is 'dance'; valid: one of plan, play, verify, export, urdf, evaluate, benchmark"),
+        (["dance"], "command is 'dance'; valid: one of plan, play, verify, export, urdf"),
         (["--nonsense"], "--nonsense"),
         (["plan", "--method", "magic"], "method is 'magic'"),
         (["play"], "FOLDER"),
         (["play", tmp_path], "trajectory is "),
         (["verify", tmp_path / "none"], "trajectory is "),
-        (["evaluate", tmp_path], "scenes is missing"),
-        (["benchmark", "--plans", "0"], "plans is 0"),
+        (["evaluate", tmp_path], "command is 'evaluate'"),
+        (["verify", tmp_path, "--engine", "python"], "--engine"),
+        (["plan", "--timing", "fastest"], "--timing"),
     ):
         assert_bad_input(Ran(capfd, *arguments), said)
+
+
+def test_an_interrupt_is_one_line_and_exit_130(capfd: pytest.CaptureFixture[str]) -> None:
+    @click.command
+    def interrupted() -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(SystemExit) as caught:
+        run(interrupted, [])
+    assert (caught.value.code, *capfd.readouterr()) == (130, "", "interrupted\n")
+
+
+def test_without_the_engine_a_command_says_in_one_line_what_to_install(folder: Path, tmp_path: Path) -> None:
+    for arguments in (["plan", "--no-view"], ["verify", folder]):
+        result = ran_without_engine(*arguments, cwd=tmp_path)
+        assert (result.returncode, result.stdout, result.stderr.count("\n")) == (2, "", 1), result.stderr
+        assert result.stderr.startswith("error: the native engine is missing: ")
+        assert "--method gradient-projection --engine python" in result.stderr
+
+
+def test_without_the_engine_gradient_projection_still_plans(tmp_path: Path) -> None:
+    options = ["--engine", "python", "--dt", "0.1", "--out", "out", "--no-view"]
+    result = ran_without_engine("plan", "--case", "3", *options, cwd=tmp_path)
+    assert (result.returncode, result.stderr) == (0, "")
+    assert "no: nothing can be proven without the native engine" in " ".join(result.stdout.split())
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert (summary["status"], summary["certified"], summary["certificate"]) == ("reached", False, None)
+    result = ran_without_engine("export", "out", "--format", "csv", "-o", "motion.csv", cwd=tmp_path)
+    assert (result.returncode, result.stderr) == (0, "")
+    assert "Warning: the motion is not certified: nothing can be proven without the native engine." in result.stdout
 
 
 def test_a_plan_is_read_back_with_its_robot_and_its_scene(folder: Path, scene: Scene) -> None:
@@ -195,10 +210,11 @@ def test_verify_proves_what_is_free_and_finds_the_contact_in_what_is_not(
     ran = Ran(capfd, "verify", folder)
     assert (ran.code, ran.err) == (0, "")
     assert "│ yes: no clearance below" in ran.out
-    ran = Ran(capfd, "verify", colliding, "--engine", "python")
+    ran = Ran(capfd, "verify", colliding)
     assert ran.code == 1
-    contact = verify(robot, scene, read_plan(colliding).trajectory, engine="python").contact
-    assert f"NO: {contact.link} touches {contact.other} at" in " ".join(ran.out.split())
+    contact = verify(robot, scene, read_plan(colliding).trajectory).contact
+    assert contact is not None
+    assert f"no: {contact.link} touches {contact.other} at" in " ".join(ran.out.replace("│", " ").split())
 
 
 def test_verify_believes_no_summary(colliding: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

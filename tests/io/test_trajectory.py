@@ -128,7 +128,7 @@ def test_unknown_methods_and_options_are_bad_input(trajectory: Trajectory, metho
     write_trajectory(trajectory, tmp_path)
     summary = json.loads((tmp_path / "summary.json").read_text())
     (tmp_path / "summary.json").write_text(json.dumps({**summary, "method": method}))
-    with pytest.raises(InvalidInput, match="^trajectory is"):
+    with pytest.raises(InvalidInput, match=r"^trajectory is"):
         read_trajectory(tmp_path)
 
 

@@ -85,7 +85,7 @@ def test_errors_that_do_not_pickle_come_back_as_text() -> None:
 
 @pytest.mark.parametrize(
     ("arguments", "field"),
-    [({"method": "magic"}, "method"), ({"method": 3}, "method")],
+    [({"method": "magic"}, "method"), ({"method": 3}, "method"), ({"gain": (1.0, 1.0)}, "gain")],
 )
 def test_arguments_that_are_wrong_for_every_scene_are_raised(
     robot: Robot, scenes: list[Scene], arguments: dict[str, Any], field: str
@@ -93,6 +93,25 @@ def test_arguments_that_are_wrong_for_every_scene_are_raised(
     with pytest.raises(InvalidInput) as caught:
         plan_many(robot, scenes, n_jobs=2, **arguments)
     assert caught.value.field == field
+
+
+@pytest.mark.parametrize("n_jobs", [1, 2])
+def test_objectives_go_to_the_workers(robot: Robot, scenes: list[Scene], n_jobs: int) -> None:
+    """Also those that only cloudpickle pickles. Their errors are the outcomes of their scenes."""
+    rail = np.eye(robot.n)[0]
+    objectives = (lambda state: -0.5 * rail,)
+    outcomes = plan_many(robot, scenes[:2], n_jobs=n_jobs, method="qp", dt=0.05, objectives=objectives)
+    for scene, outcome in zip(scenes, outcomes, strict=False):
+        assert isinstance(outcome, Trajectory)
+        np.testing.assert_array_equal(outcome.q, plan(robot, scene, "qp", dt=0.05, objectives=objectives).q)
+        assert not np.array_equal(outcome.q, plan(robot, scene, "qp", dt=0.05).q)
+
+    def broken(state: Any) -> np.ndarray:
+        raise ZeroDivisionError("of the objective")
+
+    for outcome in plan_many(robot, scenes[:2], n_jobs=n_jobs, objectives=[broken]):
+        assert isinstance(outcome, ZeroDivisionError)
+        assert str(outcome) == "of the objective"
 
 
 def test_unknown_arguments_and_jobs_are_refused(robot: Robot, scenes: list[Scene]) -> None:

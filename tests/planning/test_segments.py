@@ -10,7 +10,7 @@ import conftest
 import numpy as np
 import pinocchio as pin
 import pytest
-from conftest import ROOT, Plan, changed
+from conftest import ROOT, Plan
 
 from humanoid_rail import (
     Box,
@@ -172,7 +172,7 @@ def test_a_round_of_kitting(robot: Robot, tmp_path: Path) -> None:
 
 def test_another_direction_can_be_the_one_a_hand_points_in(robot: Robot) -> None:
     left, right = robot.hands
-    sideways = changed(robot, hands=(replace(left, pointing=(0.0, -2.0, 0.0)), right))
+    sideways = replace(robot, hands=(replace(left, pointing=(0.0, -2.0, 0.0)), right))
     asked = scene({"left": {"position": BOTH["left"], "approach": [0, -1, 0]}, "right": None}, [])
     motion = conftest.plan(sideways, asked)
     assert motion.status is Status.REACHED

@@ -2,15 +2,7 @@
 
 from __future__ import annotations
 
-import gc
-import os
-import subprocess
-import sys
-import threading
-import time
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -38,7 +30,6 @@ from humanoid_rail import (
 )
 from humanoid_rail.collision.certifier import certify
 from humanoid_rail.kinematics import kinematics
-from humanoid_rail.model.native_robot import _robots
 from humanoid_rail.planning.options import ENGINES
 from humanoid_rail.resolution import velocity as resolution
 from humanoid_rail.resolution.integrate import Settings
@@ -272,200 +263,7 @@ def test_unknown_obstacles_are_refused(robot: Robot) -> None:
         NativeKinematics(robot, ({"type": "box"},))
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
-def test_kinematics_leave_no_memory_behind(robot: Robot, rng: np.random.Generator) -> None:
-    obstacles = tuple(Sphere(center=center, radius=0.1) for center in rng.uniform(-50, 50, (1000, 3)))
-
-    def resident() -> int:
-        return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGESIZE")
-
-    def make(times: int) -> None:
-        for _ in range(times):
-            NativeKinematics(robot, obstacles).measure(robot.initial, 0.5)
-
-    make(20)
-    before = resident()
-    make(60)
-    assert resident() - before < 2e6
-
-
-def test_threads_plan_at_once(robot: Robot, scene: Scene) -> None:
-    """The interpreter goes on while the engine integrates, and threads get the same results."""
-    expected = plan(robot, scene, "gradient-projection")
-    ticks, done = [], threading.Event()
-
-    def tick() -> None:
-        while not done.is_set():
-            ticks.append(time.perf_counter())
-            time.sleep(1e-3)
-
-    ticker = threading.Thread(target=tick)
-    ticker.start()
-    started = time.perf_counter()
-    slow = NativeKinematics(robot, scene.obstacles)
-    path = np.repeat(expected.q, 400, axis=0)
-    slow.along(path)
-    ended = time.perf_counter()
-    done.set()
-    ticker.join()
-    within = [t for t in ticks if started + 0.05 < t < ended - 0.05]
-    assert len(within) > 0.1 * (ended - started) / 1e-3 / 2, (len(within), ended - started)
-
-    results: list[np.ndarray] = []
-    threads = [
-        threading.Thread(target=lambda: results.append(plan(robot, scene, "gradient-projection").q)) for _ in range(8)
-    ]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert len(results) == 8
-    for q in results:
-        np.testing.assert_array_equal(q, expected.q)
-
-
-COUNTER = """
-#define _GNU_SOURCE
-#include <stddef.h>
-extern void *__libc_malloc(size_t); extern void *__libc_memalign(size_t, size_t);
-extern void *__libc_calloc(size_t, size_t); extern void *__libc_realloc(void *, size_t);
-long allocations = 0;
-void *malloc(size_t n) { ++allocations; return __libc_malloc(n); }
-void *calloc(size_t n, size_t m) { ++allocations; return __libc_calloc(n, m); }
-void *realloc(void *p, size_t n) { ++allocations; return __libc_realloc(p, n); }
-int posix_memalign(void **p, size_t a, size_t n) { ++allocations; *p = __libc_memalign(a, n); return *p ? 0 : 12; }
-void *aligned_alloc(size_t a, size_t n) { ++allocations; return __libc_memalign(a, n); }
-"""
-
-COUNTED = """
-import ctypes, sys
-import numpy as np
-from humanoid_rail import Capsule, Gains, HalfSpace, NativeKinematics, PointTask, load_robot, paper_scene, plan_case
-from humanoid_rail._native import engine
-from humanoid_rail.kinematics.native_tasks import native_tasks
-from humanoid_rail.resolution.native_options import native_gains
-count = ctypes.c_long.in_dll(ctypes.CDLL(sys.argv[1]), "allocations")
-robot, scene = load_robot(), paper_scene()
-# Not boxes and meshes: for them coal's own GJK allocates a few bytes.
-capsule, floor = Capsule(center=(0.5, 2.0, 3.0), radius=0.3, length=0.5), HalfSpace(normal=(0, 0, 1), offset=0.0)
-obstacles = (*scene.obstacles, capsule, floor)
-kinematics = NativeKinematics(robot, obstacles)
-# Not singularities: there Eigen's SVD does.
-q = plan_case(robot, 1).q[::4]
-assert kinematics.along(q).clearance.min() < 0
-gains = native_gains(Gains(epsilon=3.0), 6, kinematics.state)
-tasks = native_tasks(robot, [PointTask(hand, (1.0, 1.0, 1.0)) for hand in robot.hand_names], kinematics.state)
-found = []
-for repeats in (1, 11, 21):
-    before = count.value
-    engine().velocity_seconds(kinematics.native, q, tasks, gains, repeats)
-    found.append(count.value - before)
-print(*found)
-"""
-
-
-@pytest.mark.skipif(sys.platform != "linux", reason="replaces glibc's malloc")
-def test_nothing_is_allocated_in_the_loop(tmp_path: Path) -> None:
-    """1,600 evaluations more take no allocation more, in contact too."""
-    source, library = tmp_path / "count.c", tmp_path / "count.so"
-    source.write_text(COUNTER, encoding="utf-8")
-    subprocess.run(["cc", "-shared", "-fPIC", "-o", library, source], check=True)
-    result = subprocess.run(
-        [sys.executable, "-c", COUNTED, str(library)],
-        env={**os.environ, "LD_PRELOAD": str(library)},
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert result.returncode == 0, result.stderr
-    first, second, third = map(int, result.stdout.split())
-    assert third == second, (first, second, third)
-
-
-def test_memory_is_given_back(robot: Robot, scene: Scene) -> None:
-    """Kinematics and native robots end with what they were made for."""
-    before = len(_robots)
-    other = load_robot(link_radius=0.02)
-    plan(other, scene, dt=0.5)
-    assert len(_robots) == before + 1
-    del other
-    gc.collect()
-    assert len(_robots) == before
-
-
 def test_an_engine_is_named() -> None:
     for name in ("c++", "", None, 3):
         with pytest.raises(InvalidInput, match="native, python"):
             GradientProjection(engine=name)
-
-
-@pytest.mark.parametrize("kind", ["native", "python"])
-def test_threads_may_share_kinematics(robot: Robot, scene: Scene, kind: str) -> None:
-    """A hundred motions each, at once on one object, are those that one thread gets."""
-    shared = KINEMATICS[kind](robot, scene.obstacles)
-    paths = [np.linspace(robot.initial, random_q(robot, np.random.default_rng(i)), 8) for i in range(8)]
-    expected = [shared.along(path) for path in paths]
-    settings = Settings(tolerance=0.01, dt=0.05, max_time=0.5, rtol=1e-6, atol=1e-6)
-
-    def work(i: int) -> int:
-        wrong = 0
-        for _ in range(100 if kind == "native" else 10):
-            found = shared.along(paths[i])
-            wrong += not all(np.array_equal(a, b) for a, b in zip(found, expected[i], strict=True))
-        if kind == "native":
-            motions = [integrate_natively(shared, paths[i][0], points(TARGETS), Gains(), settings).q for _ in range(10)]
-            wrong += sum(not np.array_equal(motion, motions[0]) for motion in motions)
-        return wrong
-
-    with ThreadPoolExecutor(8) as pool:
-        assert sum(pool.map(work, range(8))) == 0
-
-
-def python(code: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
-
-
-WITHOUT = """
-import sys
-{how}
-from humanoid_rail import *
-from humanoid_rail import GradientProjection
-robot, scene = load_robot(), paper_scene()
-trajectory = plan(robot, scene, GradientProjection(engine="python", dt=0.5))
-print(trajectory.engine, trajectory.status, trajectory.certificate, trajectory.certified, trajectory.reason)
-print(plan_many(robot, [scene], GradientProjection(engine="python", dt=0.5), n_jobs=1)[0].status)
-for need in (
-    lambda: plan(robot, scene),
-    lambda: plan(robot, scene, "qp"),
-    lambda: plan(robot, scene, GradientProjection()),
-    lambda: verify(robot, scene, trajectory),
-    lambda: NativeKinematics(robot),
-    lambda: plan_many(robot, [scene], n_jobs=1),
-):
-    try:
-        need()
-    except EngineMissing as error:
-        print("missing:", error)
-"""
-
-
-@pytest.mark.parametrize(
-    ("how", "why"),
-    [
-        ("sys.modules['humanoid_rail._engine'] = None", "_engine"),
-        ("import coal; coal.__version__ = '9.9.9'", "built for Pinocchio and coal 4.1.0 and 3.0.3, and these are"),
-    ],
-)
-def test_without_the_native_engine_one_error_says_what_to_install(how: str, why: str) -> None:
-    result = python(WITHOUT.format(how=how))
-    assert result.returncode == 0, result.stderr
-    planned, many, *missing = result.stdout.strip().split("\n")
-    assert planned.startswith("python reached None False |e| fell to")
-    assert "is not installed" in planned
-    assert many == "reached"
-    assert len(missing) == 6
-    for line in missing:
-        assert why in line
-        assert "install" in line
-        assert 'GradientProjection(engine="python")' in line

@@ -18,6 +18,7 @@ from humanoid_rail import (
     Kinematics,
     NativeKinematics,
     Robot,
+    Safety,
     Scene,
     State,
     plan_case,
@@ -26,7 +27,8 @@ from humanoid_rail import (
 )
 from humanoid_rail.paper.cases import closed_form_duration
 from humanoid_rail.planning.options import ENGINES
-from humanoid_rail.resolution.native_velocity import projected_velocity
+from humanoid_rail.resolution.native_velocity import constrained_velocity, projected_velocity
+from humanoid_rail.resolution.qp import safe_velocity
 from humanoid_rail.resolution.velocity import gradient_projection, null_space_projector, secondary_velocity
 
 Objective = Callable[[State], np.ndarray]
@@ -177,6 +179,9 @@ def test_both_engines_ask_them(robot: Robot, scene: Scene, centring: Objective) 
         state = Kinematics(robot, scene.obstacles).state(q)
         expected = gradient_projection(state, tasks, asked)
         np.testing.assert_allclose(projected_velocity(native, tasks, asked)(q), expected, rtol=1e-7, atol=1e-9)
+        expected = safe_velocity(robot, state, tasks, asked, Safety(), 0.01)
+        found = constrained_velocity(native, tasks, asked, Safety(), 0.01)(q)
+        np.testing.assert_allclose(found, expected, atol=2e-6)
 
 
 def test_auto_asks_them_too(robot: Robot, scene: Scene) -> None:

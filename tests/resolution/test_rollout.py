@@ -6,31 +6,23 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import ROOT, Plan, points, random_q
+from conftest import ROOT, Plan
 from conftest import plan as plan_natively
 
-import humanoid_rail
 from humanoid_rail import (
     Box,
-    Gains,
     GradientProjection,
     HalfSpace,
     InvalidInput,
     Kinematics,
-    NativeKinematics,
     Robot,
-    Safety,
-    SafeVelocity,
     Scene,
     Sphere,
-    State,
     Status,
     load_robot,
     load_scene,
     verify,
 )
-from humanoid_rail.resolution.native_velocity import constrained_velocity
-from humanoid_rail.resolution.qp import safe_velocity
 
 FREE = {"left": (-1.6, 0.6, 3.4), "right": (-1.6, 2.2, 3.4)}
 
@@ -215,54 +207,3 @@ def test_a_start_that_cannot_be_told_from_touching_is_refused(robot: Robot, plan
 def test_an_option_that_a_method_has_not_is_a_type_error(option: str) -> None:
     with pytest.raises(TypeError, match=option):
         GradientProjection(**{option: 0.5})
-
-
-def still(joint: int) -> Any:
-    """Return an equality that keeps a joint still."""
-
-    def equality(state: State) -> tuple[np.ndarray, np.ndarray]:
-        return np.eye(state.q.size)[[joint]], np.zeros(1)
-
-    return equality
-
-
-def test_an_equality_is_kept_all_along(robot: Robot) -> None:
-    """The rail and the left elbow stay where they are; the hands get there all the same."""
-    hands = Kinematics(robot).hand_positions(robot.initial)
-    targets = dict(zip(robot.hand_names, map(tuple, (hands + [-0.1, 0.1, 0.1]).tolist()), strict=True))
-    scene = Scene(name="still", targets=targets)
-    free = humanoid_rail.plan(robot, scene, SafeVelocity(dt=0.02))
-    kept = humanoid_rail.plan(robot, scene, SafeVelocity(dt=0.02, equalities=[still(0), still(7)]))
-    assert (free.status, kept.status) == (Status.REACHED, Status.REACHED)
-    assert np.ptp(free.q[:, [0, 7]], axis=0).min() > 1e-3
-    assert np.ptp(kept.q[:, [0, 7]], axis=0).max() < 1e-9
-    assert kept.certified
-
-
-def test_both_engines_keep_equalities(robot: Robot, scene: Scene, rng: np.random.Generator) -> None:
-    def slanted(state: State) -> tuple[np.ndarray, np.ndarray]:
-        return np.vstack([state.jacobian[2], np.eye(state.q.size)[0]]), np.array([0.1, 0.02])
-
-    safety, tasks = Safety(equalities=[slanted]), points([scene.targets[name] for name in robot.hand_names])
-    compared = 0
-    for _ in range(30):
-        q = random_q(robot, rng)
-        state = Kinematics(robot, scene.obstacles).state(q)
-        if min(state.pieces.distance.min(), state.links.distance.min()) < 0.05:
-            continue
-        expected = safe_velocity(robot, state, tasks, Gains(), safety, 0.01)
-        found = constrained_velocity(NativeKinematics(robot, scene.obstacles), tasks, Gains(), safety, 0.01)(q)
-        np.testing.assert_allclose(found, expected, atol=2e-6)
-        if expected.any():
-            A, b = slanted(state)
-            np.testing.assert_allclose(A @ found, b, atol=1e-8)
-            compared += 1
-    assert compared >= 10
-
-
-@pytest.mark.parametrize("answer", [None, np.zeros(12), (np.zeros((1, 11)), np.zeros(1)), (np.eye(12), np.zeros(3))])
-def test_what_is_no_equality_is_named(robot: Robot, scene: Scene, answer: Any) -> None:
-    with pytest.raises(InvalidInput, match=r"equalities\[0\]"):
-        humanoid_rail.plan(robot, scene, SafeVelocity(equalities=[lambda state: answer]))
-    with pytest.raises(InvalidInput, match=r"equalities\[0\]"):
-        SafeVelocity(equalities=[3])

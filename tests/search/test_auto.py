@@ -216,7 +216,7 @@ def test_plans_in_threads_are_those_of_one_thread(robot: Robot) -> None:
 
 
 def test_a_plan_that_is_cut_off_says_so(robot: Robot) -> None:
-    trajectory = plan(robot, load_scene(DEEP[0]), max_planning_time=1e-3)
+    trajectory = plan(robot, load_scene(DEEP[0]), max_planning_time=1e-9)
     assert trajectory.status is Status.PLANNING_TIMEOUT
     assert "cut off by max_planning_time" in trajectory.reason
     assert trajectory.certified

@@ -8,21 +8,19 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import check_certificates
 import numpy as np
-import plain_geometry
 import pytest
-import random_motions
-from check_certificates import check_all, clearances, judge, main, summary
 from conftest import random_q
-from humanoid_rail.planning.engines import why_not_native
 from hypothesis import given
 from hypothesis import strategies as st
-from plain_geometry import RADIUS, STEP, clearance, follow, point_segment, segment_box, segment_segment
-from random_motions import KINDS, MISS, Motion, make_motion, scene_of
 from scipy.spatial.transform import Rotation
 
 from humanoid_rail import Box, Capsule, Certificate, Contact, HalfSpace, Robot, Sphere, verify
+from humanoid_rail._native import why_no_engine
+from validation import check_certificates, plain_geometry, random_motions
+from validation.check_certificates import check_all, clearances, judge, main, summary
+from validation.plain_geometry import RADIUS, STEP, clearance, follow, point_segment, segment_box, segment_segment
+from validation.random_motions import KINDS, MISS, Motion, make_motion, scene_of
 
 SEED = 2019
 # On a grid segments are often parallel, of no length or in the planes of a box's faces.
@@ -30,7 +28,7 @@ coordinate = st.one_of(st.integers(-3, 3).map(float), st.floats(-3.0, 3.0, allow
 NOWHERE = Contact(0.0, "carriage", "left_forearm", (0.0, 0.0, 0.0))
 segments = st.lists(coordinate, min_size=6, max_size=6).map(lambda x: np.array(x).reshape(2, 3))
 
-needs_native = pytest.mark.skipif(why_not_native() is not None, reason="so many motions take the native engine")
+needs_native = pytest.mark.skipif(why_no_engine() is not None, reason="so many motions take the native engine")
 
 
 def points(segment: np.ndarray, count: int = 401) -> np.ndarray:
@@ -142,7 +140,7 @@ def test_courses_are_linear_and_as_fine_as_they_should_be(robot: Robot, rng: np.
 
 @pytest.fixture(scope="module")
 def motions() -> list[Motion]:
-    if why_not_native() is not None:
+    if why_no_engine() is not None:
         pytest.skip("so many motions take the native engine")
     return [make_motion(SEED, index) for index in range(36)]
 

@@ -151,7 +151,7 @@ def test_a_server_that_does_not_start_is_an_error_that_says_why(
     robot: Robot, scene: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(server, "_COMMAND", (sys.executable, "-c", "raise SystemExit('no port is left')"))
-    with pytest.raises(HumanoidRailError, match="meshcat server .*no port is left"):
+    with pytest.raises(HumanoidRailError, match=r"meshcat server .*no port is left"):
         playback_html(robot, scene, plan_case(robot, 1, dt=0.5))
 
 

@@ -1,0 +1,43 @@
+"""The tasks that the targets of a scene are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pinocchio as pin
+
+from humanoid_rail._arrays import triple
+from humanoid_rail.kinematics.task import LEVER, PointTask, Task
+from humanoid_rail.model.robot import Hand, Robot
+from humanoid_rail.scene.targets import Pose, Step, direction, position
+
+
+def tasks_of(robot: Robot, step: Step) -> tuple[Task, ...]:
+    """Return the tasks of a step of a scene that was checked: first the points of all hands, then how they are turned.
+
+    The orientation of a hand is where its points are: one behind its own gives the direction it points in, and two on
+    different axes give its orientation. So what moves points also turns hands, and all errors are in m.
+    """
+    points: list[Task] = [
+        PointTask(name, position(target)) for name in robot.hand_names if (target := step[name]) is not None
+    ]
+    turned = [
+        PointTask(hand.name, at, offset)
+        for hand in robot.hands
+        if isinstance(target := step[hand.name], Pose)
+        for offset, at in _further_points(hand, target)
+    ]
+    return (*points, *turned)
+
+
+def _further_points(hand: Hand, pose: Pose) -> Iterator[tuple[tuple[float, float, float], tuple[float, float, float]]]:
+    """Yield offsets in a hand's frame and where the points there have to be, m."""
+    place, pointing = np.array(pose.position), np.array(hand.pointing) / np.linalg.norm(hand.pointing)
+    towards = direction(pose, hand.pointing)
+    if towards is not None:
+        yield triple(-LEVER * pointing), triple(place - LEVER * towards)
+    if pose.rpy is not None:
+        across = np.cross(pointing, np.eye(3)[abs(pointing).argmin()])
+        across /= np.linalg.norm(across)
+        yield triple(-LEVER * across), triple(place - LEVER * pin.rpy.rpyToMatrix(*pose.rpy) @ across)

@@ -1,0 +1,146 @@
+"""What can be added to in one place is registered in all the others too: code, engine and documentation."""
+
+from __future__ import annotations
+
+import re
+from importlib import import_module
+from pathlib import Path
+from typing import Any, get_args
+
+import numpy as np
+import pytest
+from conftest import ROOT
+
+import humanoid_rail
+from humanoid_rail import Box, Capsule, HalfSpace, Mesh, Robot, Sphere, Status
+from humanoid_rail._native import engine, why_no_engine
+from humanoid_rail.cli import COMMANDS
+from humanoid_rail.io.export import FORMATS, Format
+from humanoid_rail.kinematics import task as tasks_module
+from humanoid_rail.kinematics.native_tasks import native_tasks
+from humanoid_rail.planning.methods import METHODS, as_method
+from humanoid_rail.scene import obstacles as obstacles_module
+from humanoid_rail.scene.native_obstacles import native_obstacles
+from humanoid_rail.scene.shapes import placed_shapes
+
+needs_engine = pytest.mark.skipif(why_no_engine() is not None, reason="there is no native engine")
+
+NO_COMMANDS = {"__init__", "console", "plan_folder_options", "plan_options", "report"}
+"""The modules of cli/ that commands share."""
+TASKS = {
+    "PointTask": ("left", (1.0, 2.0, 3.0)),
+    "DirectionTask": ("left", (0.0, 0.0, 1.0)),
+    "RelativeTask": ("left", "right", (0.0, 1.0, 0.0)),
+    "ConfigurationTask": (("rail",), (1.0,)),
+}
+"""Arguments to make one of each task."""
+ENGINE_STATUS = {"out_of_time": "planning_timeout"}
+"""The engine calls these otherwise."""
+
+
+def page(name: str) -> str:
+    return (ROOT / "docs" / name).read_text(encoding="utf-8")
+
+
+def first_cells(text: str) -> set[str]:
+    """Return the code in the first cells of all tables, without arguments."""
+    cells = re.findall(r"^\| ([^|]*`[^|]*) \|", text, re.MULTILINE)
+    return {name for cell in cells for name in re.findall(r"`([\w-]+)", cell)}
+
+
+def one_of_each_obstacle(cube_file: str) -> dict[type, Any]:
+    point = (0.0, 0.0, 1.0)
+    return {
+        Sphere: Sphere(center=point, radius=0.1),
+        Box: Box(center=point, size=(0.1, 0.2, 0.3)),
+        Capsule: Capsule(center=point, radius=0.1, length=0.3),
+        HalfSpace: HalfSpace(normal=point, offset=-9.0),
+        Mesh: Mesh(file=cube_file, center=point),
+    }
+
+
+def kinds() -> tuple[type, ...]:
+    """The obstacles that a scene may hold."""
+    return get_args(get_args(obstacles_module.Obstacle)[0])
+
+
+def test_methods() -> None:
+    for name, method in METHODS.items():
+        assert method.name == name
+        assert as_method(name) == method()
+        assert getattr(humanoid_rail, method.__name__) is method
+        assert f"`{method.__name__}" in page("plan.md"), method.__name__
+        assert name in page("plan.md"), name
+        assert f"humanoid_rail.{method.__name__}" in page("api.md"), method.__name__
+    from benchmarks.planners import EVERY
+
+    assert set(METHODS) <= set(EVERY)
+
+
+def test_formats() -> None:
+    assert all(isinstance(one, Format) and one.description and callable(one.write) for one in FORMATS.values())
+    assert set(FORMATS) <= first_cells(page("export.md"))
+
+
+def test_obstacles_are_known_everywhere(cube_file: str) -> None:
+    made = one_of_each_obstacle(cube_file)
+    assert set(kinds()) == set(made), "enter the new obstacle in this test"
+    types = {one.type for one in made.values()}
+    assert types <= first_cells(page("scenes.md"))
+    schema = (ROOT / "humanoid_rail" / "scene.schema.json").read_text(encoding="utf-8")
+    for kind, one in made.items():
+        assert placed_shapes(one), kind
+        assert getattr(humanoid_rail, kind.__name__) is kind
+        assert f"humanoid_rail.{kind.__name__}" in page("api.md")
+        assert f'"{one.type}"' in schema
+
+
+@needs_engine
+def test_the_engine_knows_every_obstacle(cube_file: str) -> None:
+    native_obstacles(tuple(one_of_each_obstacle(cube_file).values()))
+    adders = {name for name in dir(engine().Obstacles) if not name.startswith("_")}
+    assert len(adders) == len(kinds()), adders
+
+
+def test_tasks_are_known_everywhere() -> None:
+    known = {name for name, value in vars(tasks_module).items() if name.endswith("Task") and name != "Task"}
+    assert known == set(TASKS), "enter the new task in this test"
+    assert known <= first_cells(page("plan.md"))
+    for name in known:
+        assert getattr(humanoid_rail, name) is getattr(tasks_module, name)
+        assert f"humanoid_rail.{name}" in page("api.md")
+
+
+@needs_engine
+def test_the_engine_knows_every_task(robot: Robot) -> None:
+    def unused(q: np.ndarray, t: float) -> Any:
+        raise AssertionError("a task was called back")
+
+    for name, arguments in TASKS.items():
+        task = getattr(tasks_module, name)(*arguments)
+        assert native_tasks(robot, [task], unused).rows == task.rows
+    native = {name for name in vars(engine()) if name.endswith("Task")}
+    assert native - {"Task", "FunctionTask"} == set(TASKS)
+
+
+def test_every_status_is_documented() -> None:
+    rows = first_cells(page("plan.md"))
+    assert {str(status) for status in Status} <= rows
+    for status in Status:
+        assert f"`{status}`" in page("plan.md")
+
+
+@needs_engine
+def test_every_status_of_the_engine_is_one_of_a_plan() -> None:
+    for status in engine().Status.__members__:
+        name = status.lower()
+        assert ENGINE_STATUS.get(name, name) in set(Status), status
+
+
+def test_commands_are_modules() -> None:
+    modules = {path.stem for path in Path(import_module("humanoid_rail.cli").__path__[0]).glob("*.py")}
+    assert modules - NO_COMMANDS == set(COMMANDS)
+    for name, said in COMMANDS.items():
+        command = import_module(f"humanoid_rail.cli.{name}").command
+        assert command.get_short_help_str(200) or said
+        assert f"humanoid-rail {name}" in page("commands.md"), name
