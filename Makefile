@@ -9,7 +9,7 @@ ENGINE := $(wildcard engine/*.[hc]pp engine/*/*.[hc]pp)
 	sanitize clean
 
 plan: $(VENV)/plan-installed
-	@echo "A kitting round, four picks one after the other, timed for a drive:"
+	@echo "A kitting round, several targets one after the other, retimed for a drive:"
 	$(BIN)/python scripts/plan.py scenes/picks.yaml --retime --out out/picks --no-view
 	@echo "Case 3 of the paper by the paper's own law, which neither prevents collisions nor knows limits:"
 	$(BIN)/python scripts/plan.py --case 3 --out out/case3 --no-view

@@ -29,7 +29,7 @@ ROOT = Path(__file__).resolve().parent.parent
 WORKER = ROOT / "benchmarks" / "against_worker.py"
 MOST = 1.05
 """Planning may take at most this many times as long as in the other checkout."""
-COLUMNS = ("family", "method", "scenes", "time / other", "quartiles", "reached", "certified")
+COLUMNS = ("family", "method", "scenes", "time / other", "quartiles", "total / other", "reached", "certified")
 
 
 class Checkout:
@@ -122,7 +122,8 @@ class Comparison:
 def main(base: Path, scenes: str, methods: tuple[str, ...], wanted: tuple[str, ...], repeats: int, most: float) -> int:
     """Plan scenes with this checkout and with the one in BASE in turns, and compare planning times and results.
 
-    The ratio of a family is the median over its scenes, each the fastest of all repeats over the other's fastest.
+    The ratio of a family is the median over its scenes, each the fastest of all repeats over the other's fastest; in
+    total it is the sum of these over the other's.
 
     Exit code: 0 if the results are the same and no method takes longer than accepted over all scenes, else 1.
     """
@@ -183,6 +184,7 @@ def tabulate(found: Sequence[Comparison]) -> Iterator[list[str]]:
                 str(len(some)),
                 f"{median:.3f}",
                 f"{low:.3f} to {high:.3f}",
+                f"{sum(min(one.times) for one in some) / sum(min(one.others) for one in some):.3f}",
                 f"{reached} and {before}" if reached != before else f"{reached} each",
                 f"{certified} and {certified_before}" if certified != certified_before else f"{certified} each",
             ]

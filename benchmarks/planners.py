@@ -81,7 +81,7 @@ def plan_by_planner(robot: Robot, scene: Scene, method: str) -> Motion:
         found.q,
         found.status,
         found.reason,
-        found.certificate or NOTHING_PROVEN,
+        found.certificate,
         found.violations,
         found.planning_time,
         found.search.raw if found.search else None,

@@ -1,8 +1,8 @@
 """A textbook baseline for comparisons: multi-start inverse kinematics and OMPL's RRT-Connect.
 
 Goals are found by damped least squares from random configurations, and rejected if anything touches. RRT-Connect tries
-one after the other. Edges are sampled, as OMPL does by itself, and so are the shortcuts that OMPL makes of the path. There
-is no safety distance, and nothing between two samples is looked at.
+one after the other. Edges are sampled, as OMPL does by itself, and so are the shortcuts that OMPL makes of the path.
+There is no safety distance, and nothing between two samples is looked at.
 """
 
 from __future__ import annotations

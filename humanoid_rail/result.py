@@ -199,4 +199,4 @@ class Provenance:
     certification_time: float
     """Time that the certificate took, s."""
     retiming: Mapping[str, float] | None = None
-    """The options of the retiming, `speed` and `dwell` (s); None if the motion was not retimed."""
+    """The options of the retiming, `dt` (s), `speed` and `dwell` (s); None if the motion was not retimed."""

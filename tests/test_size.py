@@ -12,9 +12,8 @@ from conftest import ROOT
 
 LONGEST_FILE, LONGEST_FUNCTION = 300, 60
 """The most lines of each, docstrings and comments included."""
-PYTHON = sorted(
-    path for folder in ("humanoid_rail", "benchmarks", "validation", "scripts") for path in (ROOT / folder).rglob("*.py")
-)
+FOLDERS = ("humanoid_rail", "benchmarks", "validation", "scripts")
+PYTHON = sorted(path for folder in FOLDERS for path in (ROOT / folder).rglob("*.py"))
 CPP = sorted(path for path in (ROOT / "engine").rglob("*") if path.suffix in (".cpp", ".hpp"))
 CONTAINER = re.compile(r"\b(namespace|class|struct|enum|union|extern)\b[^;(){}]*$")
 """What stands before the brace of a block in which functions are declared."""
@@ -98,7 +97,7 @@ void g(T t) {
 """
     found = [(name, n) for name, n in cpp_functions(text) if not name.endswith(("_", "a_{a}, b_"))]
     assert found == [
-        ('const char* brace()', 1),
+        ("const char* brace()", 1),
         ("C(int a) : a_{a}, b_{a}", 5),
         ("void g(T t)", 3),
     ]

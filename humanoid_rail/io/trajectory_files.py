@@ -134,7 +134,7 @@ def _provenance(summary: Mapping[str, Any]) -> Provenance:
         evaluations=summary["evaluations"],
         planning_time=summary["planning_time"],
         certification_time=summary["certification_time"],
-        retiming=summary["retiming"],
+        retiming=None if summary["retiming"] is None else dict(summary["retiming"]),
     )
 
 

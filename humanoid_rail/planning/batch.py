@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import pickle
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from humanoid_rail.errors import EngineMissing, HumanoidRailError, InvalidInput
@@ -124,7 +124,9 @@ def _run(
         planning = (delayed(_plan_chunk)(job, chunk, [scenes[i] for i in chunk]) for chunk in chunks)
         for chunk, outcomes in parallel(planning):
             del left[chunk[0]]
-            yield chunk, unpack(outcomes) if isinstance(outcomes, Packed) else outcomes
+            if isinstance(outcomes, Packed):
+                outcomes = [_by(job.method, outcome) for outcome in unpack(outcomes)]
+            yield chunk, outcomes
     except BrokenProcessPool as error:
         unfinished = list(left.values())
         if len(unfinished) == 1:
@@ -140,7 +142,17 @@ def _run(
 
 def _plan_chunk(job: _Job, chunk: Chunk, scenes: list[Scene]) -> tuple[Chunk, list[PlanOrError] | Packed]:
     outcomes = [_plan_one(_robot(job.robot), scene, job.method) for scene in scenes]
-    return chunk, outcomes if os.getpid() == job.process else pack(outcomes, job.folder)
+    if os.getpid() == job.process:
+        return chunk, outcomes
+    # A method may hold functions that do not pickle. Who asked for the plans has it, and puts it in again.
+    return chunk, pack([_by(as_method("auto"), outcome) for outcome in outcomes], job.folder)
+
+
+def _by(method: PlanningMethod, outcome: PlanOrError) -> PlanOrError:
+    """Return an outcome as one of a method."""
+    if isinstance(outcome, Trajectory):
+        return replace(outcome, provenance=replace(outcome.provenance, method=method))
+    return outcome
 
 
 @lru_cache(maxsize=4)

@@ -113,7 +113,8 @@ def retime(
     check_robot(robot, trajectory)
     import_module("toppra.algorithm")  # seconds that are spent once do not count as planning time
     started = time.perf_counter()
-    step = checked_number("dt", trajectory.method.dt if dt is None else dt, above=0.0, most=LONGEST_STEP)
+    given = {"dt": trajectory.method.dt, **(trajectory.provenance.retiming or {})}["dt"] if dt is None else dt
+    step = checked_number("dt", given, above=0.0, most=LONGEST_STEP)
     rest = checked_number("dwell", dwell, least=0.0, most=step * MAX_SAMPLES)
     longest = np.inf if max_time is None else checked_number("max_time", max_time, above=0.0)
     share = checked_number("speed", speed, least=LEAST_SPEED, most=1.0)
@@ -123,7 +124,7 @@ def retime(
     motion = _certified_motion(robot, scene, segments, limits, step, rest, _wanted(trajectory))
     retimed = _result(trajectory, robot, scene, motion, step, longest, limits)
     spent = trajectory.planning_time + time.perf_counter() - started
-    options = {"speed": share, "dwell": rest}
+    options = {"dt": step, "speed": share, "dwell": rest}
     return replace(retimed, provenance=replace(retimed.provenance, planning_time=spent, retiming=options))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -11,12 +12,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import ROOT, plan
-from humanoid_rail.comparison import evaluation
+from conftest import ROOT
 
+from benchmarks import evaluation
 from benchmarks.planners import RRT_CONNECT, Motion, make_planner
-from humanoid_rail import Box, Certificate, Robot, Scene, load_scene
-from humanoid_rail.planning.planner import METHODS
+from humanoid_rail import Box, Certificate, Robot, Scene, load_scene, plan
+from humanoid_rail.planning.methods import METHODS
 
 DEV = ROOT / "scenes" / "dev"
 NAMES = ("dense-240000", "dense-240009", "sparse-80000")
@@ -34,7 +35,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def run(*arguments: object) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, ROOT / "scripts" / "evaluate.py", *map(str, arguments)],
+        [sys.executable, "-m", "benchmarks.evaluate", *map(str, arguments)],
+        cwd=ROOT,
         capture_output=True,
         text=True,
         timeout=120,
@@ -50,13 +52,17 @@ def test_one_command_prints_a_table_and_writes_json_and_markdown_and_a_picture(
     folder: Path, robot: Robot, tmp_path: Path
 ) -> None:
     page = tmp_path / "page.md"
-    page.write_text("kept\n<!-- evaluation -->\nof last week\n<!-- /evaluation -->\n", encoding="utf-8")
-    files = ["--json", tmp_path / "made" / "e.json", "--figure", tmp_path / "e.png", "--readme", page]
+    page.write_text(
+        "kept\n<!-- evaluation -->\nof last week\n<!-- /evaluation -->\n<!-- results -->\n<!-- /results -->\n",
+        encoding="utf-8",
+    )
+    files = ["--json", tmp_path / "made" / "e.json", "--figure", tmp_path / "e.png", "--table", page, "--results", page]
     result = run(folder, *files)
     assert (result.returncode, result.stderr) == (0, ""), result.stderr
     assert "gradient-projection" in result.stdout
     text = page.read_text()
     assert "| dense | qp | 2/2 |" in text
+    assert re.search(r"^\| qp \| 3/3 \| [\d.]+ \| [\d.]+ \|$", text, re.MULTILINE), text
     assert "kept" in text
     assert "last week" not in text
     assert (tmp_path / "e.png").read_bytes().startswith(b"\x89PNG")
@@ -66,7 +72,7 @@ def test_one_command_prints_a_table_and_writes_json_and_markdown_and_a_picture(
         (name, method) for name in NAMES for method in METHODS
     ]
     for outcome in report["outcomes"]:
-        found = plan(robot, load_scene(folder / f"{outcome['scene']}.json"), outcome["method"], engine=report["engine"])
+        found = plan(robot, load_scene(folder / f"{outcome['scene']}.json"), outcome["method"])
         assert (outcome["status"], outcome["reason"]) == (found.status, found.reason)
         assert outcome["certified"] == found.certified
         assert outcome["touched"] == (found.certificate.contact is not None)
@@ -104,7 +110,6 @@ def test_families_and_methods_are_selected(folder: Path, tmp_path: Path) -> None
     [
         (["--family", "shelf"], "family is 'shelf'; valid: one of dense, sparse"),
         (["--method", "rrt"], "method is 'rrt'; valid: one of auto, qp, gradient-projection, pink, ik + rrt-connect"),
-        (["--engine", "steam"], "engine is 'steam'"),
         (["--figure", "figure.pdf"], "valid: a file name that ends in .png or .svg"),
         (["--json", "/dev/null/e.json"], "out is '/dev/null'"),
     ],
@@ -144,7 +149,7 @@ def test_the_family_is_the_name_without_its_number(name: str, family: str) -> No
 
 def test_a_start_in_contact_is_a_result(robot: Robot, scene: Scene) -> None:
     inside = scene.model_copy(update={"obstacles": (Box(center=(0.0, 0.0, 1.5), size=(1.0, 1.0, 1.0)),)})
-    planners = {"qp": make_planner("qp", "native")}
+    planners = {"qp": make_planner("qp")}
     outcomes = evaluation.evaluate(robot, [inside, scene], planners)
     assert [outcome.status for outcome in outcomes] == ["failed", "reached"]
     assert "start clear of obstacles" in outcomes[0].reason
@@ -163,7 +168,7 @@ def test_the_path_is_as_long_as_it_takes_at_the_speed_limits(robot: Robot) -> No
 
 def test_the_textbooks_planner_is_judged_like_this_one(robot: Robot) -> None:
     scene = load_scene(DEV / "sparse-80000.json")
-    planner = make_planner(RRT_CONNECT, "native")
+    planner = make_planner(RRT_CONNECT)
     outcome = evaluation.judge(robot, scene, RRT_CONNECT, evaluation.attempt(planner, robot, scene))
     assert outcome.reached
     assert outcome.excess <= 1e-6
@@ -173,15 +178,13 @@ def test_the_textbooks_planner_is_judged_like_this_one(robot: Robot) -> None:
 def test_pink_is_judged_like_the_planner(robot: Robot) -> None:
     pytest.importorskip("pink", reason="needs the extra compare")
     scene = load_scene(DEV / "sparse-80000.json")
-    motion = evaluation.attempt(make_planner("pink", "native"), robot, scene)
+    motion = evaluation.attempt(make_planner("pink"), robot, scene)
     outcome = evaluation.judge(robot, scene, "pink", motion)
     assert outcome.good
     assert outcome.excess <= 1e-6
     assert min(outcome.min_clearance_obstacles, outcome.min_clearance_self) > 0.009
     # An obstacle on the move is not for Pink.
     moving = scene.obstacles[0].model_copy(update={"velocity": (0.1, 0.0, 0.0)})
-    motion = evaluation.attempt(
-        make_planner("pink", "native"), robot, scene.model_copy(update={"obstacles": (moving,)})
-    )
+    motion = evaluation.attempt(make_planner("pink"), robot, scene.model_copy(update={"obstacles": (moving,)}))
     assert motion.status == "failed"
     assert "velocity" in motion.reason

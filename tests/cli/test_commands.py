@@ -149,7 +149,9 @@ def test_an_interrupt_is_one_line_and_exit_130(capfd: pytest.CaptureFixture[str]
 
     with pytest.raises(SystemExit) as caught:
         run(interrupted, [])
-    assert (caught.value.code, *capfd.readouterr()) == (130, "", "interrupted\n")
+    out, errors = capfd.readouterr()
+    # Click ends the line of the terminal's ^C.
+    assert (caught.value.code, out, errors.strip()) == (130, "", "interrupted")
 
 
 def test_without_the_engine_a_command_says_in_one_line_what_to_install(folder: Path, tmp_path: Path) -> None:

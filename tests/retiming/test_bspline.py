@@ -128,3 +128,13 @@ def test_velocities_of_a_trajectory_have_its_shape(robot: Robot, planned: Trajec
     timing = Timing(np.zeros((2, robot.n)), np.zeros((2, robot.n)), ())
     with pytest.raises(InvalidInput, match=r"timing\.velocity"):
         verify(robot, free, changed(planned, timing=timing))
+
+
+def test_a_timing_is_shown_in_a_line(robot: Robot, planned: Trajectory, free: Scene) -> None:
+    """Not by its arrays, nor by its peaks."""
+    timing = retime(planned, robot, free, speed=0.5).timing
+    assert timing is not None
+    share = max(peak.velocity / (0.5 * limit) for peak, limit in zip(timing.peaks, robot.velocity_limit, strict=True))
+    shown = f"up to {share:.0%} of the velocity limits"
+    assert repr(timing) == f"Timing({len(timing.velocity)} samples, 12 joints, {shown})"
+    assert repr(Timing(np.zeros((3, 2)), np.zeros((3, 2)), ())) == "Timing(3 samples, 2 joints)"

@@ -40,7 +40,7 @@ def test_a_plan_has_the_timing_of_its_method_unless_told_otherwise(
     assert own.timing is None
     assert own.provenance.retiming is None
     assert fastest.timing is not None
-    assert fastest.provenance.retiming == {"speed": 1.0, "dwell": 0.0}
+    assert fastest.provenance.retiming == {"dt": 0.01, "speed": 1.0, "dwell": 0.0}
     if method == "auto":  # its own timing is the fastest without limits of acceleration
         assert own.duration < fastest.duration
     np.testing.assert_array_equal(own.q[[0, -1]], fastest.q[[0, -1]])

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import conftest
 import numpy as np
 import pytest
 from conftest import ROOT, changed
-from scipy.interpolate import CubicHermiteSpline
+from motions import EXCESS, distance_from, rates, sampled, straight
 
 from humanoid_rail import (
     HalfSpace,
-    InvalidInput,
     Robot,
     Scene,
     Sphere,
@@ -31,35 +29,6 @@ from humanoid_rail.search.smoothing import speed_units
 from humanoid_rail.viewer.playback import playback_html
 
 SCENES = sorted((ROOT / "scenes" / "dev").glob("*.json"))
-MS = 1e-3
-EXCESS = 1.0 + 1e-6
-
-
-def sampled(trajectory: Trajectory, dt: float = MS) -> np.ndarray:
-    """Return configurations every millisecond, by SciPy."""
-    assert trajectory.timing is not None
-    spline = CubicHermiteSpline(trajectory.t, trajectory.q, trajectory.timing.velocity)
-    return spline(np.arange(0.0, trajectory.duration, dt))
-
-
-def rates(trajectory: Trajectory, order: int, dt: float = MS) -> np.ndarray:
-    """Return the largest velocity, acceleration or jerk of each joint by differences of samples."""
-    return abs(np.diff(sampled(trajectory, dt), order, axis=0)).max(axis=0) / dt**order
-
-
-def distance_from(path: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return how far points (N, n) are from a polyline (K, n)."""
-    begins, ways = path[:-1], np.diff(path, axis=0)
-    squares = np.maximum((ways**2).sum(axis=1), 1e-300)
-    share = np.clip(((points[:, None] - begins) * ways).sum(axis=2) / squares, 0.0, 1.0)
-    return np.linalg.norm(points[:, None] - begins - share[:, :, None] * ways, axis=2).min(axis=1)
-
-
-def straight(trajectory: Trajectory, robot: Robot, joint: str, way: float) -> Trajectory:
-    """Return a motion of one joint alone, in place of another."""
-    q = np.tile(robot.initial, (3, 1))
-    q[:, robot.joint_names.index(joint)] += [0.0, 0.3 * way, way]
-    return changed(trajectory, t=np.array([0.0, 1.0, 2.0]), q=q, arrivals=(2.0,))
 
 
 @pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
@@ -166,8 +135,8 @@ def test_samples_are_equally_far_apart(robot: Robot, scene: Scene) -> None:
     for dt in (0.004, 0.02):
         motion = retime(plan, robot, scene, dt=dt)
         np.testing.assert_allclose(np.diff(motion.t), dt, rtol=1e-9)
-        assert motion.timing is not None
-        assert np.diff(motion.t) == pytest.approx(dt)
+        assert motion.provenance.retiming is not None
+        assert motion.provenance.retiming["dt"] == dt
 
 
 def test_limits_can_be_given(robot: Robot, planned: Trajectory, free: Scene) -> None:
@@ -240,6 +209,7 @@ def test_a_retimed_motion_can_be_retimed(robot: Robot) -> None:
     first = retime(conftest.plan(robot, scene), robot, scene, dt=0.03)
     second = retime(first, robot, scene)
     assert second.certified
+    assert second.t[1] == first.t[1] == 0.03  # the time between samples is kept
     assert second.duration == pytest.approx(first.duration, abs=0.1)
     np.testing.assert_array_equal(second.q[[0, -1]], first.q[[0, -1]])
     units = speed_units(robot)
@@ -275,65 +245,3 @@ def test_a_motion_by_eq_49_keeps_its_status_and_its_faults(robot: Robot, scene: 
     assert motion.status is Status.REACHED
     assert not motion.certified
     assert motion.certificate.contact is not None
-
-
-@pytest.mark.parametrize(
-    ("arguments", "field"),
-    [
-        ({"dt": 0.0}, "dt"),
-        ({"dwell": -1.0}, "dwell"),
-        ({"dwell": 1e6}, "dwell"),
-        ({"dwell": 10_001.0, "dt": 0.01}, "dwell"),
-        ({"dt": 1e5}, "dt"),
-        ({"max_time": 0.0}, "max_time"),
-        ({"velocity_limit": 1e-300}, "velocity_limit"),
-        ({"velocity_limit": "3"}, "velocity_limit"),
-        ({"velocity_limit": True}, "velocity_limit"),
-        ({"velocity_limit": [1.0, [2.0]]}, "velocity_limit"),
-        ({"dt": 1e-8}, "duration"),
-        ({"velocity_limit": 0.0}, "velocity_limit"),
-        ({"velocity_limit": [1.0, 2.0]}, "velocity_limit"),
-        ({"acceleration_limit": "fast"}, "acceleration_limit"),
-        ({"jerk_limit": float("nan")}, "jerk_limit"),
-        ({"acceleration_limit": np.inf}, "acceleration_limit (rail)"),
-    ],
-)
-def test_bad_arguments(
-    robot: Robot, planned: Trajectory, free: Scene, arguments: dict[str, object], field: str
-) -> None:
-    with pytest.raises(InvalidInput) as caught:
-        retime(planned, robot, free, **arguments)  # type: ignore[arg-type]
-    assert caught.value.field == field
-
-
-def test_what_is_not_a_trajectory_of_the_robot(robot: Robot, planned: Trajectory, free: Scene) -> None:
-    for arguments, field in (
-        ((planned.q, robot, free), "trajectory"),
-        ((planned, "robot", free), "robot"),
-        ((planned, robot, None), "scene"),
-        ((changed(planned, joint_names=("a",) * robot.n), robot, free), "trajectory.joint_names"),
-    ):
-        with pytest.raises(InvalidInput) as caught:
-            retime(*arguments)  # type: ignore[arg-type]
-        assert caught.value.field == field
-
-
-def test_a_joint_that_does_not_move_needs_no_limits(robot: Robot, planned: Trajectory, free: Scene) -> None:
-    """The rail is locked: a limit of 0."""
-    free_rail = np.arange(robot.n) > 0
-    locked = replace(
-        robot,
-        velocity_limit=robot.velocity_limit * free_rail,
-        acceleration_limit=robot.acceleration_limit * free_rail,
-    )
-    plan = conftest.plan(locked, free)
-    motion = retime(plan, locked, free)
-    assert motion.certified
-    assert np.ptp(motion.q[:, 0]) == 0.0
-    assert (rates(motion, 1) <= locked.velocity_limit * EXCESS).all()
-    assert (rates(motion, 2) <= locked.acceleration_limit * EXCESS).all()
-    smooth = retime(plan, locked, free, jerk_limit=100.0)
-    assert (rates(smooth, 3) <= 100.0 * EXCESS).all()
-    assert smooth.duration < 1.5 * motion.duration
-    with pytest.raises(InvalidInput, match=r"velocity_limit \(rail\)"):
-        retime(straight(planned, locked, "rail", 1.0), locked, free)

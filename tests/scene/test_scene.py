@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import copy
-import inspect
 import json
-import pickle
-import pydoc
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -23,9 +20,7 @@ from humanoid_rail import (
     InvalidInput,
     Kinematics,
     Mesh,
-    Pose,
     Robot,
-    Scene,
     Sphere,
     load_scene,
     make_scene,
@@ -233,50 +228,6 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
         load_scene(tmp_path / "latin.yaml")
 
 
-def mesh_scene(**fields: Any) -> dict[str, Any]:
-    return {**VALID, "obstacles": [{"type": "mesh", "center": [0, 0, 1], **fields}]}
-
-
-def test_mesh_files_are_relative_to_the_scene_file(tmp_path: Path, cube_file: str) -> None:
-    (tmp_path / "part.stl").write_bytes(Path(cube_file).read_bytes())
-    (tmp_path / "scene.json").write_text(json.dumps(mesh_scene(file="part.stl", scale=0.5)))
-    mesh = load_scene(tmp_path / "scene.json").obstacles[0]
-    assert isinstance(mesh, Mesh)
-    (vertices,) = mesh.pieces
-    np.testing.assert_allclose([vertices.min(axis=0), vertices.max(axis=0)], [3 * [-0.25], 3 * [0.25]])
-    scaled = make_scene(mesh_scene(file=cube_file, scale=[1, 2, 3])).obstacles[0]
-    np.testing.assert_allclose(np.ptp(scaled.pieces[0], axis=0), [1, 2, 3])
-
-
-def test_meshes_that_cannot_be_used(tmp_path: Path, cube_file: str) -> None:
-    import trimesh
-
-    cube = trimesh.load_mesh(cube_file)
-    trimesh.Trimesh(cube.vertices, cube.faces[:-1]).export(tmp_path / "open.stl")
-    (tmp_path / "text.stl").write_text("not a mesh")
-    (tmp_path / "empty.obj").write_text("")
-    (tmp_path / "flat.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 3 2\n")
-    for fields, field in [
-        ({"file": "none.stl"}, "file"),
-        ({"file": "text.stl"}, "file"),
-        ({"file": "empty.obj"}, "file"),
-        ({"file": "open.stl"}, "file"),
-        ({"file": "flat.obj"}, "file"),
-        ({"file": "a" * 5000}, "file"),
-        ({"file": "\0"}, "file"),
-        ({"file": cube_file, "scale": [1, 1, 1e-9]}, "file"),
-        ({"file": cube_file, "scale": 1e-300}, "file"),
-        ({"file": "."}, "file"),
-        ({"file": 3}, "file"),
-        ({"file": cube_file, "scale": -1}, "scale"),
-        ({"file": cube_file, "scale": [1, 1]}, "scale"),
-        ({"file": cube_file, "scale": "big"}, "scale"),
-    ]:
-        with pytest.raises(InvalidInput) as caught:
-            make_scene(mesh_scene(**fields), folder=tmp_path)
-        assert caught.value.field == f"obstacles[0].{field}", fields
-
-
 def test_copies_are_validated(cube_file: str) -> None:
     scene = make_scene(VALID)
     assert scene.model_copy(update={"name": "other"}).name == "other"
@@ -296,33 +247,6 @@ def test_copies_are_validated(cube_file: str) -> None:
             model.model_copy(update=update)
 
 
-def test_scenes_pickle_and_compare(cube_file: str) -> None:
-    scene = make_scene(mesh_scene(file=cube_file))
-    again = pickle.loads(pickle.dumps(scene))
-    assert again == scene
-    np.testing.assert_array_equal(again.obstacles[0].pieces[0], scene.obstacles[0].pieces[0])
-
-
-def test_a_hollow_mesh_becomes_pieces_that_leave_the_hollow_free(tmp_path: Path, robot: Robot) -> None:
-    """A bin open at the top: its pieces cover the walls and not the room inside."""
-    import trimesh
-
-    inner = trimesh.creation.box((0.9, 0.9, 0.6), transform=trimesh.transformations.translation_matrix([0, 0, 0.05]))
-    bin_mesh = trimesh.boolean.difference([trimesh.creation.box((1.0, 1.0, 0.6)), inner], engine="manifold")
-    bin_mesh.export(tmp_path / "bin.stl")
-    q = robot.initial
-    hand = Kinematics(robot).hand_positions(q)[0]
-    below = hand - [0.0, 0.0, 0.1]
-    mesh = Mesh(file=str(tmp_path / "bin.stl"), center=below)
-    assert len(mesh.pieces) >= 5
-    volume = sum(trimesh.convex.convex_hull(piece).volume for piece in mesh.pieces)
-    assert bin_mesh.volume * 0.999 <= volume <= 1.1 * bin_mesh.volume
-    for wall in (np.array([0.475, 0.1, 0.0]), np.array([0.0, 0.0, -0.275]), np.array([-0.2, -0.475, 0.2])):
-        inside = [trimesh.convex.convex_hull(p).contains([wall])[0] for p in mesh.pieces]
-        assert any(inside), wall
-    assert not any(trimesh.convex.convex_hull(p).contains([[0.0, 0.0, 0.0]])[0] for p in mesh.pieces)
-
-
 def test_errors_of_yaml_say_where(tmp_path: Path) -> None:
     path = tmp_path / "scene.yaml"
     path.write_text("name: x\ntargets: {left: [0, 0, 0]\nobstacles: []\n")
@@ -338,20 +262,3 @@ def test_python_raises_the_same_errors() -> None:
         Box(center=[0, 0], size=(1, 1, 1))
     with pytest.raises(InvalidInput, match="colour"):
         HalfSpace(normal=(0, 0, 1), offset=0, colour="red")
-
-
-@pytest.mark.parametrize("kind", [Box, Capsule, HalfSpace, Mesh, Sphere, Scene, Pose])
-def test_help_shows_fields_and_units(kind: Any) -> None:
-    text = pydoc.render_doc(kind, renderer=pydoc.plaintext)
-    for name, field in kind.model_fields.items():
-        assert f"{name} (" in text
-        assert field.description is None or " ".join(field.description.split()) in " ".join(text.split())
-    for machinery in ("model_dump", "model_fields", "__pydantic", "FieldInfo", "BeforeValidator"):
-        assert machinery not in text
-
-
-def test_signatures_of_obstacles_are_readable() -> None:
-    assert str(inspect.signature(Sphere)) == (
-        "(*, velocity: three numbers = (0.0, 0.0, 0.0), type: Literal['sphere'] = 'sphere', "
-        "center: three numbers, radius: number > 0)"
-    )
