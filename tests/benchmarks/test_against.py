@@ -49,7 +49,7 @@ def test_a_checkout_is_as_good_as_itself() -> None:
 
 
 def test_what_is_no_checkout_is_named(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match="a checkout with a .venv"):
+    with pytest.raises(InvalidInput, match=r"a checkout with a \.venv"):
         Checkout(tmp_path)
 
 

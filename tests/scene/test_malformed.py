@@ -74,7 +74,7 @@ def malformed(draw: st.DrawFn) -> str:
     return json.dumps(data)
 
 
-@settings(max_examples=500, deadline=5000, suppress_health_check=list(HealthCheck), derandomize=True, database=None)
+@settings(max_examples=500, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True, database=None)
 @given(text=malformed())
 def test_malformed_scenes(text: str, robot: Robot, tmp_path_factory: pytest.TempPathFactory) -> None:
     path = tmp_path_factory.mktemp("scene") / "scene.yaml"
@@ -87,7 +87,7 @@ def test_malformed_scenes(text: str, robot: Robot, tmp_path_factory: pytest.Temp
     assert len(message) < 1000
 
 
-@settings(max_examples=300, deadline=5000, suppress_health_check=list(HealthCheck), derandomize=True, database=None)
+@settings(max_examples=300, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True, database=None)
 @given(at=st.integers(0, 700), what=st.one_of(st.text(max_size=5), st.sampled_from(list("{}[]:,&*!|>'\"%@#-? \t\n"))))
 def test_any_text_is_a_scene_or_an_error(at: int, what: str, tmp_path_factory: pytest.TempPathFactory) -> None:
     path = tmp_path_factory.mktemp("scene") / "scene.yaml"
