@@ -50,8 +50,10 @@ inline void check_configuration(const char* what, const Eigen::Ref<const Vector>
 // A Python function that C++ may keep, copy and drop without the interpreter's lock, and that takes it to be called.
 class Callback {
  public:
-  explicit Callback(nb::callable function)
-      : function_(new nb::callable(std::move(function)), [](nb::callable* kept) {
+  // `what` says in errors what the function is.
+  Callback(const char* what, nb::callable function)
+      : what_(what), function_(new nb::callable(std::move(function)), [](nb::callable* kept) {
+          if (!nb::is_alive()) return;  // The interpreter has gone, and its objects with it.
           const nb::gil_scoped_acquire acquire;
           delete kept;
         }) {}
@@ -59,10 +61,15 @@ class Callback {
   template <class Result>
   [[nodiscard]] Result call(const Vector& q, double t) const {
     const nb::gil_scoped_acquire acquire;
-    return nb::cast<Result>((*function_)(q, t));
+    const nb::object returned = (*function_)(q, t);
+    Result result;
+    if (nb::try_cast(returned, result)) return result;
+    const std::string type = nb::cast<std::string>(returned.type().attr("__name__"));
+    throw nb::type_error((std::string(what_) + " must not return a " + type).c_str());
   }
 
  private:
+  const char* what_;
   std::shared_ptr<nb::callable> function_;
 };
 

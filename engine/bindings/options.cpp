@@ -14,7 +14,7 @@ void bind_gains(nb::module_& module) {
              std::optional<nb::callable> objective) {
             new (self) Gains{gain, c_mu, c_kappa, epsilon, singular_value, {}};
             if (!objective) return;
-            self->objective = [callback = Callback(std::move(*objective))](const Vector& q, double t) {
+            self->objective = [callback = Callback("an objective", std::move(*objective))](const Vector& q, double t) {
               return callback.call<Vector>(q, t);
             };
           },
@@ -32,7 +32,7 @@ void bind_safety(nb::module_& module) {
             new (self) Safety{distance, gain,      horizon,           target, limit_gain, task_weight, least_rate,
                               fastest,  precision, std::move(shares), {}};
             if (!equality) return;
-            self->equality = [callback = Callback(std::move(*equality))](const Vector& q, double t) {
+            self->equality = [callback = Callback("an equality", std::move(*equality))](const Vector& q, double t) {
               return callback.call<std::pair<Matrix, Vector>>(q, t);
             };
           },

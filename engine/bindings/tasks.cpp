@@ -19,9 +19,10 @@ void bind_tasks(nb::module_& module) {
       .def(
           "__init__",
           [](FunctionTask* self, Eigen::Index rows, nb::callable function) {
-            new (self) FunctionTask(rows, [callback = Callback(std::move(function))](const Vector& q, double t) {
-              return callback.call<std::pair<Vector, Matrix>>(q, t);
-            });
+            new (self)
+                FunctionTask(rows, [callback = Callback("a task", std::move(function))](const Vector& q, double t) {
+                  return callback.call<std::pair<Vector, Matrix>>(q, t);
+                });
           },
           "rows"_a, "function"_a);
   nb::class_<TaskStack>(module, "TaskStack", "Tasks one below the other.")

@@ -52,9 +52,7 @@ std::vector<Nearest> all_pairs(const Robot& robot, const std::vector<Obstacles::
 
 SweptDistance::SweptDistance(std::shared_ptr<const Robot> robot, std::vector<Obstacles::Piece> pieces)
     : robot_(robot), pieces_(std::move(pieces)), kinematics_(robot), motion_bound_(*robot), origins_{0} {
-  for (Obstacles::Piece& piece : pieces_) piece.shape->computeLocalAABB();
-  for (const auto& [link, other] : robot_->self_collision_pairs) {
-    const auto origin = robot_->common_joint(link, other);
+  for (const auto origin : robot_->common_joints()) {
     auto place = std::find(origins_.begin(), origins_.end(), origin);
     if (place == origins_.end()) place = origins_.insert(place, origin);
     origin_of_.push_back(static_cast<std::size_t>(place - origins_.begin()));

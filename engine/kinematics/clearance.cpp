@@ -26,8 +26,9 @@ bool ObstacleClearances::Candidates::collide(coal::CollisionObject* piece, coal:
 
 ObstacleClearances::ObstacleClearances(std::shared_ptr<const Robot> robot, const Obstacles& obstacles)
     : robot_(std::move(robot)), obstacles_(obstacles), first_of_(static_cast<std::size_t>(obstacles.size())) {
-  // The robot has its boxes already, and other threads may be reading them.
-  for (const auto& body : robot_->bodies.geometryObjects) links_.emplace_back(body.geometry, false);
+  // Robot and obstacles have their boxes already, and other threads may be reading them.
+  constexpr bool COMPUTE_BOX = false;
+  for (const auto& body : robot_->bodies.geometryObjects) links_.emplace_back(body.geometry, COMPUTE_BOX);
   boxed_.reserve(pieces().size());
   bodies_.reserve(pieces().size());
   for (const Obstacles::Piece& piece : pieces()) {
@@ -37,7 +38,7 @@ ObstacleClearances::ObstacleClearances(std::shared_ptr<const Robot> robot, const
     if (piece.shape->getNodeType() == coal::GEOM_HALFSPACE) {
       unbounded_.push_back(&body);
     } else {
-      boxed_.emplace_back(piece.shape, piece.placement);
+      boxed_.emplace_back(piece.shape, piece.placement, COMPUTE_BOX);
       object = &boxed_.back();
       object->setUserData(&body);
     }

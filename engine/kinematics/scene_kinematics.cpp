@@ -38,7 +38,7 @@ void SceneKinematics::distance_gradient(const Nearest& pair, Eigen::Ref<Vector> 
     return;
   }
   // What moves both links alike leaves their distance as it is.
-  const auto common = robot.common_joint(pair.link, pair.other);
+  const auto common = robot.common_joints()[static_cast<std::size_t>(pair.pair)];
   kinematics_.add_wrench(wrench, robot.joint_of(pair.link), common, -1.0, gradient);
   kinematics_.add_wrench(wrench, robot.joint_of(pair.other), common, 1.0, gradient);
 }

@@ -37,6 +37,7 @@ Robot::Robot(const std::string& model_archive, const std::string& bodies_archive
   }
   for (auto& body : bodies.geometryObjects) body.geometry->computeLocalAABB();
   for (const auto& supports : model.supports) chains_.emplace_back(supports.begin() + 1, supports.end());
+  for (const auto& [link, other] : self_collision_pairs) common_joints_.push_back(common_joint(link, other));
 }
 
 pinocchio::JointIndex Robot::common_joint(int link, int other) const {

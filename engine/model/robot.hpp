@@ -52,8 +52,8 @@ struct Robot {
   [[nodiscard]] const std::vector<pinocchio::JointIndex>& chain_to(pinocchio::JointIndex joint) const {
     return chains_[joint];
   }
-  // The outermost joint that moves two bodies alike; 0, the base, where there is none.
-  [[nodiscard]] pinocchio::JointIndex common_joint(int link, int other) const;
+  // For each self-collision pair the outermost joint that moves both bodies alike; 0, the base, where there is none.
+  [[nodiscard]] const std::vector<pinocchio::JointIndex>& common_joints() const { return common_joints_; }
   // q_full = S q + s0 of the actuated joints' q (n).
   [[nodiscard]] Vector full_configuration(const Eigen::Ref<const Vector>& q) const { return offset + coupling * q; }
   [[nodiscard]] int n() const { return static_cast<int>(coupling.cols()); }
@@ -61,7 +61,10 @@ struct Robot {
   [[nodiscard]] int links() const { return static_cast<int>(bodies.ngeoms); }
 
  private:
+  [[nodiscard]] pinocchio::JointIndex common_joint(int link, int other) const;
+
   std::vector<std::vector<pinocchio::JointIndex>> chains_;
+  std::vector<pinocchio::JointIndex> common_joints_;
 };
 
 }  // namespace humanoid_rail

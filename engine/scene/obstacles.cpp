@@ -9,7 +9,8 @@ namespace humanoid_rail {
 
 void Obstacles::add(std::shared_ptr<coal::CollisionGeometry> shape, const coal::Transform3s& placement,
                     const Eigen::Vector3d& velocity) {
-  pieces_.push_back({std::move(shape), placement, velocity, size_++});
+  add_piece(std::move(shape), placement, velocity);
+  ++size_;
 }
 
 void Obstacles::add_convex(const std::vector<Matrix>& pieces, const coal::Transform3s& placement,
@@ -19,9 +20,16 @@ void Obstacles::add_convex(const std::vector<Matrix>& pieces, const coal::Transf
     for (Eigen::Index i = 0; i < vertices.rows(); ++i) points->emplace_back(vertices.row(i));
     const auto count = static_cast<unsigned int>(points->size());
     std::shared_ptr<coal::CollisionGeometry> hull(coal::ConvexBase::convexHull(points, count, true, "Qt"));
-    pieces_.push_back({std::move(hull), placement, velocity, size_});
+    add_piece(std::move(hull), placement, velocity);
   }
   ++size_;
+}
+
+// Bounding boxes are computed here, once: later several threads may read the same shapes.
+void Obstacles::add_piece(std::shared_ptr<coal::CollisionGeometry> shape, const coal::Transform3s& placement,
+                          const Eigen::Vector3d& velocity) {
+  shape->computeLocalAABB();
+  pieces_.push_back({std::move(shape), placement, velocity, size_});
 }
 
 bool Obstacles::move() const {

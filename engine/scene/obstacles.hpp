@@ -39,6 +39,9 @@ class Obstacles {
   [[nodiscard]] bool move() const;
 
  private:
+  void add_piece(std::shared_ptr<coal::CollisionGeometry> shape, const coal::Transform3s& placement,
+                 const Eigen::Vector3d& velocity);
+
   std::vector<Piece> pieces_;
   int size_ = 0;
 };
