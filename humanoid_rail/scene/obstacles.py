@@ -80,9 +80,9 @@ class Sphere(_Obstacle):
 
     type: Literal["sphere"] = "sphere"
     center: Vector
-    """m."""
+    """Its centre, m."""
     radius: Positive
-    """m."""
+    """Its radius, m."""
 
 
 class Box(_Obstacle):
@@ -90,7 +90,7 @@ class Box(_Obstacle):
 
     type: Literal["box"] = "box"
     center: Vector
-    """m."""
+    """Its centre, m."""
     size: Size
     """Full edge lengths in m, before rotation."""
     rpy: Vector = (0.0, 0.0, 0.0)
@@ -104,7 +104,7 @@ class Capsule(_Obstacle):
     center: Vector
     """Middle of the segment, m."""
     radius: Positive
-    """m."""
+    """Its radius, m."""
     length: Positive
     """Distance between the centres of the two end spheres, m."""
     rpy: Vector = (0.0, 0.0, 0.0)
@@ -118,7 +118,7 @@ class HalfSpace(_Obstacle):
     normal: Annotated[Vector, AfterValidator(not_zero)]
     """Points out of the solid; of any length but 0."""
     offset: Number
-    """m, if the normal has length 1."""
+    """How far the plane is from the origin along the normal; in m if that has length 1."""
 
 
 class Mesh(_Obstacle):

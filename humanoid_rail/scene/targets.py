@@ -18,7 +18,7 @@ class Pose(Frozen):
     """A point that a hand has to reach, and how it has to be turned there."""
 
     position: Vector
-    """m."""
+    """Where the hand has to be, m."""
     approach: Annotated[Vector, AfterValidator(not_zero)] | None = None
     """Direction along which the hand has to point, of any length; it may turn about it."""
     rpy: Vector | None = None
