@@ -1,8 +1,8 @@
 """Gives a planned path the fastest timing that a drive can follow: at rest at both ends, within all limits.
 
 1. The path is rounded to one that turns continuously (`smooth_path.py`).
-2. It is followed as fast as the limits allow (`speed.py`).
-3. The motion becomes a cubic spline in time (`rest_to_rest.py`), in which the limits hold at all times (`spline.py`).
+2. It is followed as fast as the limits allow (`time_optimal.py`).
+3. The motion becomes a cubic spline in time (`rest_to_rest.py`), in which the limits hold at all times (`bspline.py`).
 4. The spline is certified afresh. Where it comes nearer to something than the plan does, the path is followed more
    closely.
 """
