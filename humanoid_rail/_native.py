@@ -10,12 +10,8 @@ from importlib.metadata import files
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING
 
 from humanoid_rail.errors import EngineMissing
-
-if TYPE_CHECKING:
-    pass
 
 _PACKAGE = Path(__file__).resolve().parent
 
@@ -47,7 +43,7 @@ def why_no_engine() -> str | None:
             if file.name.startswith("libeiquadprog."):
                 CDLL(str(file.locate()))
         from humanoid_rail import _engine
-    except ImportError as error:
+    except (ImportError, OSError) as error:
         return f"it cannot be loaded ({error}); install humanoid_rail again: {_install_command()}"
     if (pin.__version__, coal.__version__) != (_engine.PINOCCHIO_VERSION, _engine.COAL_VERSION):
         return (

@@ -140,6 +140,7 @@ void bind_motion_bound(nb::module_& module) {
             const Robot& robot = *self.constant().robot;
             check_configuration("change", change, robot.model.nv);
             check_configuration("slide", slide, robot.model.nv);
+            if (origin >= static_cast<std::size_t>(robot.model.njoints)) throw std::invalid_argument("no such origin");
             std::vector<Displacement> links(static_cast<std::size_t>(robot.links()));
             self.with([&](Bound& with) { with.bound.displacements(change, slide, origin, links); });
             Vector length(robot.links()), curvature(robot.links());

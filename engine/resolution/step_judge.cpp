@@ -33,7 +33,7 @@ Step StepJudge::judge(const Place& a, const Place& b) {
 bool StepJudge::keeps_apart(const Kind& kind, const Place& a, const Place& b, bool& is_safe) const {
   // What is within neither horizon stays apart if nothing gets so far.
   for (const Displacement& moved : kind.moved) {
-    if (kind.horizon < (moved.length + kind.drift) / 2.0) return false;
+    if (kind.horizon - (moved.length + kind.drift) / 2.0 < APART) return false;
   }
   auto i = kind.before.begin();
   for (const Nearest& there : kind.after) {

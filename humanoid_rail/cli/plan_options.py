@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import fields
+from inspect import signature
 from typing import Any
 
 import click
@@ -94,7 +94,7 @@ def method_options(method: str, options: Mapping[str, Any]) -> dict[str, Any]:
 
 def methods_with(option: str) -> list[str]:
     """Return the names of the methods that have an option."""
-    return [name for name, method in METHODS.items() if option in {field.name for field in fields(method)}]
+    return [name for name, method in METHODS.items() if option in signature(method).parameters]
 
 
 def method_of(method: str | None, options: Mapping[str, Any]) -> PlanningMethod:

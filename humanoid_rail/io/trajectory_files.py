@@ -20,7 +20,7 @@ from humanoid_rail.io.tables import csv_bytes, npz_bytes
 from humanoid_rail.kinematics.joint_limits import Violation
 from humanoid_rail.kinematics.path_metric import PathQuality
 from humanoid_rail.planning.methods import METHODS
-from humanoid_rail.planning.options import FUNCTIONS, PlanningMethod
+from humanoid_rail.planning.options import PlanningMethod
 from humanoid_rail.result import Motion, Peak, Provenance, Samples, Search, Status, Timing, Verdict
 from humanoid_rail.trajectory import Trajectory
 
@@ -147,10 +147,13 @@ def _method(method: Mapping[str, Any]) -> PlanningMethod:
     """
     if method["name"] not in METHODS:
         raise ValueError(f"the method is {method['name']!r}, not one of {', '.join(METHODS)}")
-    options: dict[str, Any] = {name: value for name, value in method.items() if name not in ("name", *FUNCTIONS)}
-    # JSON knows no infinity, which is written as null.
-    finite: dict[str, Any] = {name: np.inf if value is None else value for name, value in options.items()}
-    return METHODS[method["name"]](**finite)
+    # JSON knows no infinity, which is written as null, and of functions only their names were written.
+    options: dict[str, Any] = {
+        name: np.inf if value is None else value
+        for name, value in method.items()
+        if name != "name" and not (isinstance(value, list) and any(isinstance(element, str) for element in value))
+    }
+    return METHODS[method["name"]](**options)
 
 
 def _search(search: Mapping[str, Any] | None) -> Search | None:

@@ -17,6 +17,8 @@ from humanoid_rail.model.robot import Robot
 if TYPE_CHECKING:
     from humanoid_rail import _engine
 
+NATIVE_TASKS = (PointTask, DirectionTask, RelativeTask, ConfigurationTask)
+"""The native engine has these tasks itself; a class derived from one is the user's own."""
 TASK_INTERFACE = ("rows", "error", "jacobian", "drift")
 """Whatever has these is a task."""
 StateAt = Callable[[Array, float], State]
@@ -55,18 +57,19 @@ def check_tasks(tasks: Sequence[Task]) -> None:
 def _native(robot: Robot, task: Task, state_at: StateAt) -> _engine.Task:
     native = engine()
     made: _engine.Task
+    is_native = type(task) in NATIVE_TASKS
     match task:
-        case PointTask():
+        case PointTask() if is_native:
             made = native.PointTask(robot.hand(task.hand), np.array(task.offset, float), np.array(task.target, float))
-        case DirectionTask():
+        case DirectionTask() if is_native:
             unit = np.array(task.direction, float) / np.linalg.norm(task.direction)
             made = native.DirectionTask(robot.hand(task.hand), task.axis(robot), unit, task.lever)
-        case RelativeTask():
+        case RelativeTask() if is_native:
             first, second = robot.hand(task.first), robot.hand(task.second)
             made = native.RelativeTask(first, second, np.array(task.difference, float))
-        case ConfigurationTask():
+        case ConfigurationTask() if is_native:
             made = native.ConfigurationTask(task.columns(robot), np.array(task.target, float))
-        case _:  # one of the user's own
+        case _:
 
             def called_back(q: Array, t: float) -> tuple[Array, Array]:
                 state = state_at(q, t)

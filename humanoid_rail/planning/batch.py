@@ -14,7 +14,7 @@ from humanoid_rail.planning.methods import as_method
 from humanoid_rail.planning.options import PlanningMethod
 from humanoid_rail.planning.planner import plan
 from humanoid_rail.planning.shared_memory import Packed, pack, shared_folder, unpack
-from humanoid_rail.scene.scene import Scene, is_of_a_scene
+from humanoid_rail.scene.scene import Scene
 from humanoid_rail.trajectory import Trajectory
 
 PlanOrError = Trajectory | Exception
@@ -55,7 +55,7 @@ def plan_many(
 
     Returns:
         For each scene, in order, its trajectory or the exception that planning it raised. One failing scene never
-        takes others down, with joblib's own processes not even by killing the one it is planned in.
+        takes others down; with joblib's own processes that holds even where it kills the process that plans it.
 
     Raises:
         InvalidInput: If the robot is none, an element of the scenes is none, or `n_jobs` or the method is not valid,
@@ -72,6 +72,7 @@ def plan_many(
         raise InvalidInput("n_jobs", n_jobs, "a number of workers, -1 for all cores, or None")
     if not isinstance(robot, Robot):
         raise InvalidInput("robot", robot, "a Robot")
+    chosen.gains.diagonal(3 * len(robot.hands))
     if isinstance(scenes, Scene | str) or not isinstance(scenes, Iterable):
         raise InvalidInput("scenes", scenes, "a list of scenes")
     scenes = list(scenes)
@@ -88,7 +89,7 @@ def plan_many(
             outcomes |= zip(indices, results, strict=True)
             advance(len(indices))
     for outcome in outcomes.values():
-        if isinstance(outcome, EngineMissing) or (isinstance(outcome, InvalidInput) and not is_of_a_scene(outcome)):
+        if isinstance(outcome, EngineMissing):
             raise outcome
     return [outcomes[i] for i in range(len(scenes))]
 

@@ -37,10 +37,12 @@ from humanoid_rail.result import Search, Status
 from humanoid_rail.scene.obstacles import at_rest
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.search.auto import Budget, as_far_as_qp, find_path, follow
-from humanoid_rail.search.reachability import followed
+from humanoid_rail.search.reachability import followed, followed_gains, turning
 
 LARGEST_SEED = 2**31 - 1
-"""Whole numbers go to the engines as 32 bits."""
+"""The largest seed, and the largest number of edge checks: such numbers are passed on as 32 bits."""
+METHOD_INTERFACE = ("name", "plan", "check", "kinematics", "gains", "max_time", "options")
+"""Whatever has these is a method."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -154,27 +156,33 @@ class Auto(SafeOptions):
         """Look for a path and follow it; see :meth:`PlanningMethod.plan`."""
         started, left = time.perf_counter(), max(self.max_planning_time - spent, 0.0)
         settings = self._settings(moved, max_planning_time=left)
-        tasks = followed(problem.tasks)
+        tasks, gains = followed(problem.tasks), followed_gains(self.gains, problem.tasks)
         if not at_rest(problem.obstacles):
-            motion = rollout(problem.native, problem.q, tasks, self.gains, self.safety, settings)
+            if len(tasks) < len(problem.tasks):
+                raise InvalidInput(
+                    "tasks",
+                    turning(problem.tasks),
+                    "none that turns a hand: auto turns hands only among obstacles at rest",
+                )
+            motion = rollout(problem.native, problem.q, tasks, gains, self.safety, settings)
             return Planned(motion, found_by(SafeVelocity.name, motion))
         random = np.random.default_rng(self.seed if number == 0 else (self.seed, number))
         budget = Budget(self.max_edge_checks, random)
-        found = find_path(problem, self.gains, self.safety, settings, budget)
+        found = find_path(problem, gains, self.safety, settings, budget)
         raw = None if found.raw is None else path_quality(problem.robot, found.raw)
         search = Search(self.seed, found.goals, found.searches, found.checks, raw)
         if found.path is not None:
             return Planned(follow(problem, found, settings), found.found_by, search)
         # What is left of the time, which is little where that is why there is no path.
         rest = replace(settings, max_planning_time=max(left - (time.perf_counter() - started), 0.0))
-        motion = as_far_as_qp(found, rollout(problem.native, problem.q, tasks, self.gains, self.safety, rest))
+        motion = as_far_as_qp(found, rollout(problem.native, problem.q, tasks, gains, self.safety, rest))
         if motion.status is Status.REACHED and len(tasks) < len(problem.tasks):
             # It turns no hand.
             motion = replace(motion, status=found.status, reason=f"{found.reason}; qp reaches the points alone")
         return Planned(motion, found_by(SafeVelocity.name, motion), search)
 
 
-METHODS: Mapping[str, type[GradientProjection] | type[SafeVelocity] | type[Auto]] = MappingProxyType(
+METHODS: Mapping[str, type[PlanningMethod]] = MappingProxyType(
     {method.name: method for method in (Auto, SafeVelocity, GradientProjection)}
 )
 """The methods by their names."""
@@ -188,7 +196,7 @@ def as_method(method: PlanningMethod | str) -> PlanningMethod:
     """
     if isinstance(method, str) and method in METHODS:
         return METHODS[method]()
-    if isinstance(method, str | type) or not callable(getattr(method, "plan", None)):
+    if isinstance(method, str | type) or not all(hasattr(method, name) for name in METHOD_INTERFACE):
         valid = f"one of {', '.join(METHODS)}, or an object such as Auto(seed=3)"
         raise InvalidInput("method", method, valid)
     return method

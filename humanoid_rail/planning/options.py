@@ -23,8 +23,6 @@ from humanoid_rail.scene.targets import Pose, is_oriented
 
 ENGINES = ("native", "python")
 """Gradient projection is computed by one of these: C++, or the Python that is there to be read."""
-FUNCTIONS = ("objectives", "equalities")
-"""These options hold functions, of which plain data has only the names."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,11 +144,7 @@ class Options:
     def options(self) -> dict[str, Any]:
         """Return all options as plain data; of functions their names."""
         plain: dict[str, Any] = {field.name: getattr(self, field.name) for field in fields(self)}
-        plain["gain"] = list(plain["gain"])
-        for name in FUNCTIONS:
-            if name in plain:
-                plain[name] = [getattr(function, "__name__", type(function).__name__) for function in plain[name]]
-        return {name: None if value == np.inf else value for name, value in plain.items()}
+        return {name: _plain(value) for name, value in plain.items()}
 
     def kinematics(self, problem: Problem) -> KinematicsModel:
         """Return the robot among the obstacles of a problem."""
@@ -202,6 +196,15 @@ class SafeOptions(Options):
     def least_start(self) -> float:
         """Return what coal can tell from touching, m: from anything nearer no step can be proven."""
         return least_distance()
+
+
+def _plain(value: object) -> object:
+    """Return the value of an option as plain data."""
+    if isinstance(value, tuple):
+        return [_plain(element) for element in value]
+    if callable(value):
+        return getattr(value, "__name__", type(value).__name__)
+    return None if value == np.inf else value
 
 
 def found_by(name: str, motion: Integration) -> str:

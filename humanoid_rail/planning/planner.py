@@ -62,7 +62,7 @@ def plan(robot: Robot, scene: Scene, method: PlanningMethod | str = "auto") -> T
     first = segment_problem(robot, scene, 0, start)
     # The motion is judged with all hands, also those that have no target.
     kinematics = chosen.kinematics(first if first.robot is robot else Problem(robot, scene, first.tasks, start))
-    _check_start(kinematics, scene, start, chosen)
+    _check_start("initial", kinematics, scene, start, chosen)
     segments = plan_segments(first, robot, scene, chosen)
     return _result(kinematics, scene, chosen, segments, started)
 
@@ -86,7 +86,7 @@ def solve(problem: Problem, method: PlanningMethod | str = "auto") -> Trajectory
     chosen = as_method(method)
     chosen.gains.diagonal(count_rows(problem.tasks))
     kinematics = chosen.kinematics(problem)
-    _check_start(kinematics, problem.scene, problem.q, chosen)
+    _check_start("start", kinematics, problem.scene, problem.q, chosen)
     segments = joined(problem.robot, [chosen.plan(problem)], 1)
     return _result(kinematics, problem.scene, chosen, segments, started)
 
@@ -156,7 +156,7 @@ def judged(
     return status, reason
 
 
-def _check_start(kinematics: KinematicsModel, scene: Scene, start: Array, method: PlanningMethod) -> None:
+def _check_start(field: str, kinematics: KinematicsModel, scene: Scene, start: Array, method: PlanningMethod) -> None:
     """Check that a start is clear of what the method keeps clear of."""
     robot, least = kinematics.robot, method.least_start()
     there = kinematics.measure(start, horizon=0.0)
@@ -164,11 +164,11 @@ def _check_start(kinematics: KinematicsModel, scene: Scene, start: Array, method
     if there.clearance.size and there.clearance.min() < least:
         link, obstacle = np.unravel_index(there.clearance.argmin(), there.clearance.shape)
         near = f"{robot.link_names[link]} is {_where(there.clearance.min())} {name_of(scene.obstacles, int(obstacle))}"
-        raise InvalidInput("initial", rounded, f"a start clear of obstacles: {near}")
+        raise InvalidInput(field, rounded, f"a start clear of obstacles: {near}")
     if least > 0 and there.self_clearance.size and there.self_clearance.min() < least:
         one, other = robot.self_collision_pairs[int(there.self_clearance.argmin())]
         near = f"{robot.link_names[one]} is {_where(there.self_clearance.min())} {robot.link_names[other]}"
-        raise InvalidInput("initial", rounded, f"a start in which no links touch: {near}")
+        raise InvalidInput(field, rounded, f"a start in which no links touch: {near}")
 
 
 def _where(clearance: float) -> str:

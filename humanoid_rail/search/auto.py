@@ -7,8 +7,11 @@
    again and again with more checks and in a larger box: one long search fails more often than many short ones.
 4. The path is shortened, and others are tried while that may pay. The shortest one is smoothed (`smoothing.py`).
 
-Every edge of a path is proven to keep the safety distance (`collision/edge_checker.py`). Budgets are numbers of edge
-checks and never seconds, so a seed always gives the same plan; `max_planning_time` only cuts planning off.
+Every edge that is sampled, shortened or rounded is proven to keep the safety distance (`collision/edge_checker.py`).
+The steps of the safe velocity are proven free of contact, and keep the distance where they end.
+
+Budgets are numbers of edge checks and never seconds, so a seed always gives the same plan; `max_planning_time` only
+cuts planning off.
 """
 
 from __future__ import annotations
@@ -71,7 +74,7 @@ class PathResult:
     path: Array | None = None
     """Configurations (K, n), m and rad; None if there is no path."""
     checker: EdgeChecker | None = None
-    """What every edge of the path is valid by."""
+    """Checks the edges of a motion along the path."""
     found_by: str = ""
     """`qp`, `straight line` or `rrt-connect`; empty if there is no path."""
     raw: Array | None = None
@@ -231,7 +234,7 @@ def _result(search: PathSearch, evaluations: int) -> PathResult:
 
 
 def _smoothed(problem: Problem, search: PathSearch, beginning: Array, least: float) -> tuple[Array, EdgeChecker]:
-    """Return the path with its corners rounded, and what its edges are valid by.
+    """Return the path with its corners rounded, and what checks the edges of a motion along it.
 
     Args:
         problem: The robot and its obstacles.
@@ -256,16 +259,16 @@ def _first_clear(kinematics: NativeKinematics, motion: Array, distance: float) -
     A start that is nearer to something is led away by the safe velocity. Where it never gets so far, the place where it
     is farthest is returned, and a little less than how far that is.
     """
-    farthest, place, least = -np.inf, 0, np.inf
-    for i, q in enumerate(motion):
+    clearances: list[float] = []
+    for q in motion:
         there = kinematics.measure(q, 0.0)
         clearance = float(min(there.clearance.min(initial=np.inf), there.self_clearance.min(initial=np.inf)))
         if clearance >= distance:
-            return i, distance, least
-        least = min(least, clearance)
-        if clearance > farthest:
-            farthest, place = clearance, i
-    return place, max(RETREAT_SHARE * farthest, min(farthest, distance - SPARE)), least
+            return len(clearances), distance, min(clearances, default=np.inf)
+        clearances.append(clearance)
+    place = int(np.argmax(clearances))
+    kept = max(RETREAT_SHARE * clearances[place], min(clearances[place], distance - SPARE))
+    return place, kept, min(clearances[:place], default=np.inf)
 
 
 def _objective(kinematics: NativeKinematics, gains: Gains, q: Array) -> float:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from itertools import combinations, islice
 from typing import TypeGuard
 
@@ -20,6 +21,7 @@ from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.state import State
 from humanoid_rail.kinematics.task import LEVER, DirectionTask, PointTask, Task, stack_error, stack_jacobian
 from humanoid_rail.model.robot import Hand, Robot
+from humanoid_rail.resolution.velocity import Gains
 from humanoid_rail.scene.obstacles import Obstacle, name_of
 from humanoid_rail.scene.shapes import placed_shapes
 from humanoid_rail.search.goal_sampler import seeds
@@ -108,6 +110,17 @@ def followed(tasks: Sequence[Task]) -> tuple[Task, ...]:
     return tuple(task for task in tasks if not _turns(task)) or tuple(tasks)
 
 
+def followed_gains(gains: Gains, tasks: Sequence[Task]) -> Gains:
+    """Return the gains of the rows of the tasks that a velocity is to follow.
+
+    Raises:
+        InvalidInput: If there is not one number for all rows, or one for each.
+    """
+    kept = followed(tasks)
+    rows = [task in kept for task in tasks for _ in range(task.rows)]
+    return replace(gains, gain=gains.diagonal(len(rows))[rows])
+
+
 def turning(tasks: Sequence[Task]) -> tuple[Task, ...]:
     """Return the tasks that are left to inverse kinematics because they turn hands."""
     kept = followed(tasks)
@@ -115,11 +128,11 @@ def turning(tasks: Sequence[Task]) -> tuple[Task, ...]:
 
 
 def _turns(task: Task) -> bool:
-    return isinstance(task, DirectionTask) or (isinstance(task, PointTask) and any(task.offset))
+    return type(task) is DirectionTask or (type(task) is PointTask and any(task.offset))
 
 
 def _is_hand_at_point(task: Task) -> TypeGuard[PointTask]:
-    return isinstance(task, PointTask) and not any(task.offset)
+    return type(task) is PointTask and not any(task.offset)
 
 
 class _Reach:

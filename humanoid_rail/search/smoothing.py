@@ -77,7 +77,8 @@ def time_path(
     """Return times (N,) in s and configurations (N, n) at them: as fast as the speed limits let a path be followed.
 
     Where a path turns it is followed so slowly that it turns by no more than MAX_TURN in dt, and that the edges between
-    the samples, which cut its curves short, are valid. Accelerations are not limited.
+    the samples, which cut its curves short, are valid; where slowing down does not help, the certificate decides.
+    Accelerations are not limited.
 
     Args:
         robot: The robot.

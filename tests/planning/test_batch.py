@@ -114,6 +114,23 @@ def test_objectives_go_to_the_workers(robot: Robot, scenes: list[Scene], n_jobs:
         assert str(outcome) == "of the objective"
 
 
+@pytest.mark.parametrize("n_jobs", [1, 2])
+def test_an_objective_that_fails_in_one_scene_leaves_the_others(
+    robot: Robot, scenes: list[Scene], n_jobs: int
+) -> None:
+    """What it returns depends on the state, so it is that scene's outcome and no wrong argument."""
+    many = [scenes[0].model_copy(update={"obstacles": ()}), scenes[1]]
+    assert scenes[1].obstacles
+
+    def without_obstacles(state: Any) -> np.ndarray:
+        return np.full(state.q.size, 0.0 if state.clearance.size else np.nan)
+
+    failed, planned = plan_many(robot, many, n_jobs=n_jobs, dt=0.05, objectives=[without_obstacles])
+    assert isinstance(failed, InvalidInput)
+    assert failed.field == "objectives[0](state)"
+    assert isinstance(planned, Trajectory)
+
+
 def test_unknown_arguments_and_jobs_are_refused(robot: Robot, scenes: list[Scene]) -> None:
     with pytest.raises(TypeError, match="speed"):
         plan_many(robot, scenes, speed=3)

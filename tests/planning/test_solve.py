@@ -139,6 +139,48 @@ def test_auto_points_a_hand_in_a_direction(robot: Robot, own: bool) -> None:
     assert np.linalg.norm(pointing - np.array([-1.0, 0.0, -0.5]) / 1.25**0.5) <= (0.034 if own else 1e-6)
 
 
+def test_auto_turns_no_hand_among_obstacles_that_move(robot: Robot) -> None:
+    """There it follows qp, which would leave the direction out."""
+    ball = Sphere(center=(3.0, 0.0, 6.0), radius=0.1, velocity=(0.0, 0.0, 0.1))
+    scene = EMPTY.model_copy(update={"obstacles": (ball,)})
+    wanted = [PointTask("right", AHEAD["right"]), DirectionTask("right", (-1.0, 0.0, -0.5))]
+    with pytest.raises(InvalidInput, match=r"tasks.*DirectionTask.*at rest"):
+        solve(Problem(robot, scene, wanted, robot.initial))
+    assert solve(Problem(robot, scene, wanted[:1], robot.initial)).status is Status.REACHED
+
+
+@pytest.mark.parametrize("gain", [1.5, (1.0, 2.0, 1.5, 1.0, 1.0, 1.0)])
+def test_auto_takes_a_gain_for_each_row_of_tasks_that_turn_hands(robot: Robot, gain: Any) -> None:
+    """The velocity follows the other tasks, by their own gains."""
+    wanted = [PointTask("right", AHEAD["right"]), DirectionTask("right", (-1.0, 0.0, -0.5))]
+    assert solve(Problem(robot, EMPTY, wanted, robot.initial), Auto(gain=gain)).status is Status.REACHED
+    with pytest.raises(InvalidInput, match="1 or 6 numbers"):
+        solve(Problem(robot, EMPTY, wanted, robot.initial), Auto(gain=(1.0, 2.0, 3.0)))
+
+
+class Higher(PointTask):
+    """A point 0.3 m above the target."""
+
+    def error(self, state: State) -> np.ndarray:
+        return super().error(state) - np.array([0.0, 0.0, 0.3])
+
+
+@pytest.mark.parametrize("method", METHODS, ids=IDS)
+def test_a_class_derived_from_a_task_is_the_users_own(robot: Robot, method: Any) -> None:
+    trajectory = solve(Problem(robot, EMPTY, [Higher("right", AHEAD["right"])], robot.initial), method)
+    assert trajectory.status is Status.REACHED, trajectory.reason
+    np.testing.assert_allclose(dh.hands(trajectory.q[-1])[1], np.add(AHEAD["right"], [0.0, 0.0, 0.3]), atol=0.0101)
+
+
+@pytest.mark.parametrize("method", METHODS, ids=IDS)
+def test_a_start_in_an_obstacle_is_the_start_of_the_problem(robot: Robot, method: Any) -> None:
+    inside = Sphere(center=tuple(dh.hands(robot.initial)[1]), radius=0.2)
+    scene = EMPTY.model_copy(update={"obstacles": (inside,)})
+    with pytest.raises(InvalidInput) as caught:
+        solve(Problem(robot, scene, [PointTask("right", AHEAD["right"])], robot.initial), method)
+    assert caught.value.field == "start"
+
+
 def test_both_hands_carry_something_around_an_obstacle(robot: Robot) -> None:
     """Certified among obstacles, the hands as far from each other at the end as they have to be."""
     pillar = Box(center=(-1.0, 0.0, 2.4), size=(0.2, 0.2, 1.2))
