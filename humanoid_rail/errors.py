@@ -60,6 +60,7 @@ class Missing:
 
 
 MISSING = Missing()
+"""The value of a field that was not given."""
 
 
 def checked_number(

@@ -32,7 +32,7 @@ class Status(StrEnum):
     TARGET_IN_COLLISION = "target_in_collision"
     """A hand at its target would touch an obstacle or the other hand, or be nearer than the safety distance."""
     TARGET_OUT_OF_REACH = "target_out_of_reach"
-    """No configuration within the joint limits has the hands at their targets, with or without obstacles."""
+    """No configuration within the joint limits was found with the hands at their targets, even without obstacles."""
     STUCK = "stuck"
     """No path to the targets was found within the budget of edge checks."""
     PLANNING_TIMEOUT = "planning_timeout"

@@ -34,7 +34,7 @@ class Certifier {
  public:
   Certifier(std::shared_ptr<const Robot> robot, const Obstacles& obstacles);
 
-  // Times (N), ever later, and configurations (N, n).
+  // Times (N), strictly increasing, and configurations (N, n).
   [[nodiscard]] Certificate certify(const Eigen::Ref<const Vector>& t, const Eigen::Ref<const Rows>& q);
   [[nodiscard]] const Robot& robot() const { return swept_.robot(); }
 

@@ -8,7 +8,7 @@
 
 namespace humanoid_rail {
 
-// A robot among obstacles where they are at t = 0, with the workspace that takes. Not to be shared between threads.
+// A robot among obstacles where they are at t = 0. Holds its workspace. Not to be shared between threads.
 class EdgeChecker {
  public:
   // The distance that links keep from obstacles and from each other is in m.

@@ -23,7 +23,7 @@ struct NearObstacles {
   }
 };
 
-// Finds which obstacles are near, with the workspace that takes. Not to be shared between threads.
+// Finds which obstacles are near. Holds its workspace. Not to be shared between threads.
 class ObstacleClearances {
  public:
   ObstacleClearances(std::shared_ptr<const Robot> robot, const Obstacles& obstacles);

@@ -26,7 +26,7 @@ struct Nearest {
   [[nodiscard]] pinocchio::Force wrench() const { return {normal, point.cross(normal)}; }
 };
 
-// Measures the distance of two shapes, with the workspace that takes.
+// Measures the distance of two shapes. Holds its workspace.
 class DistanceMeter {
  public:
   DistanceMeter() : solver_(request_) {}

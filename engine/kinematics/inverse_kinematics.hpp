@@ -19,7 +19,7 @@ struct Posture {
   bool reached = false;         // Whether the tasks are done and all pairs keep their distance.
 };
 
-// A robot among obstacles where they are at t = 0, with the workspace that takes. Not to be shared between threads.
+// A robot among obstacles where they are at t = 0. Holds its workspace. Not to be shared between threads.
 class InverseKinematics {
  public:
   InverseKinematics(std::shared_ptr<const Robot> robot, const Obstacles& obstacles);

@@ -11,7 +11,7 @@
 
 namespace humanoid_rail {
 
-// A robot at a configuration, with the workspace that takes. Not to be shared between threads.
+// A robot at a configuration. Holds its workspace. Not to be shared between threads.
 class Kinematics {
  public:
   explicit Kinematics(std::shared_ptr<const Robot> robot);

@@ -15,7 +15,7 @@ struct Observation {
   double obstacle_horizon = -INFINITE, link_horizon = -INFINITE;
 };
 
-// A robot among obstacles, with the workspace that takes. Not to be shared between threads.
+// A robot among obstacles. Holds its workspace. Not to be shared between threads.
 class SceneKinematics {
  public:
   SceneKinematics(std::shared_ptr<const Robot> robot, const Obstacles& obstacles)

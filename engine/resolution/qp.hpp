@@ -20,14 +20,14 @@ struct Safety {
   double limit_gain = 0.0;     // How fast a joint may approach its position limit, 1/s.
   double task_weight = 0.0;    // Of the tasks' deviation from eq. 4.9 against that of the joints.
   double least_rate = 0.0;     // A distance that no velocity changes faster than this is left alone, m/s.
-  double fastest = 0.0;        // A speed limit that is none, m/s or rad/s.
+  double fastest = 0.0;        // The limit of joints without a speed limit, m/s or rad/s.
   double precision = 0.0;      // Of constraints, m/s and rad/s.
   std::vector<double> shares;  // Of the speed away from what is too near, until one can be had.
   // Rows A (k, n) and sides b (k) of A q_dot = b at a configuration (n) and a time in s. May be empty.
   std::function<std::pair<Matrix, Vector>(const Vector& q, double t)> equality;
 };
 
-// q_dot of the quadratic program, with the workspace that takes. Not to be shared between threads.
+// q_dot of the quadratic program. Holds its workspace. Not to be shared between threads.
 class SafeVelocity {
  public:
   SafeVelocity(std::shared_ptr<const Robot> robot, const Obstacles& obstacles);

@@ -24,7 +24,7 @@ struct Gains {
   [[nodiscard]] double horizon() const { return c_kappa != 0.0 ? epsilon : -INFINITE; }
 };
 
-// q_dot of eq. 4.9 for a robot among obstacles, with the workspace that takes. Not to be shared between threads.
+// q_dot of eq. 4.9 for a robot among obstacles. Holds its workspace. Not to be shared between threads.
 // Evaluations allocate nothing, except what Eigen's SVD does at singularities, coal's GJK for boxes and meshes, tasks
 // that turn hands, and functions of the user's.
 class GradientProjection {

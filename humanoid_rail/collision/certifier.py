@@ -28,7 +28,7 @@ def certify(robot: Robot, obstacles: tuple[Obstacle, ...], t: Array, q: Array) -
     Args:
         robot: The robot.
         obstacles: What its links must not touch, beside each other.
-        t: Times (N,), ever later, s.
+        t: Times (N,), strictly increasing, s.
         q: Configurations (N, n), m and rad.
 
     Raises:

@@ -34,7 +34,7 @@ def certify_spline(robot: Robot, obstacles: tuple[Obstacle, ...], t: Array, q: A
     Args:
         robot: The robot.
         obstacles: What its links must not touch, beside each other.
-        t: Times (N,), ever later, s.
+        t: Times (N,), strictly increasing, s.
         q: Configurations (N, n), m and rad.
         velocity: Velocities (N, n), m/s and rad/s.
     """

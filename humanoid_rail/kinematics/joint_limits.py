@@ -10,7 +10,7 @@ from humanoid_rail._arrays import Array
 from humanoid_rail.model.robot import Robot
 
 ROUNDING = 1e-9
-"""An excess that rounding in an integrator or a file explains is none, in m, rad, m/s and rad/s."""
+"""Excesses up to this are rounding and do not count, m, rad, m/s and rad/s."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The tasks that the targets of a scene are."""
+"""Turns the targets of a scene into tasks."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ from humanoid_rail.scene.scene import Scene, check_scene
 from humanoid_rail.trajectory import Trajectory
 
 UNPROVEN = "the native engine, which proves motions free of contact, is not installed"
-"""This is said of a motion that could not be looked at."""
+"""The reason of a motion that nothing could be proven of says this."""
 
 
 def plan(robot: Robot, scene: Scene, method: PlanningMethod | str = "auto") -> Trajectory:

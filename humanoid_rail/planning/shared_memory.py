@@ -15,6 +15,7 @@ from typing import Any
 from uuid import uuid4
 
 SHARED_MEMORY = Path("/dev/shm")
+"""On Linux files in this folder are kept in memory."""
 
 
 @dataclass(frozen=True)

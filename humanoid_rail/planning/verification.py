@@ -26,7 +26,7 @@ class SampledMotion(Protocol):
 
     @property
     def t(self) -> Array:
-        """Times (N,), ever later, s."""
+        """Times (N,), strictly increasing, s."""
         ...
 
     @property

@@ -65,7 +65,7 @@ def integrate_natively(
 ) -> Integration:
     """Integrate q_dot of eq. 4.9 in C++; see :func:`humanoid_rail.resolution.integrate.integrate`.
 
-    Meanwhile other threads run.
+    Other Python threads run meanwhile.
     """
     state_at, K = kinematics.state_for_callback, gains.diagonal(count_rows(tasks))
     stack = native_tasks(kinematics.robot, tasks, state_at)

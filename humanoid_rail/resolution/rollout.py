@@ -31,7 +31,9 @@ def rollout(
     safety: Safety,
     settings: Settings,
 ) -> Integration:
-    """Move from the start until |e| falls to the tolerance or nothing more can come of it. Meanwhile other threads run.
+    """Move from the start until |e| falls to the tolerance or the motion cannot go on.
+
+    Other Python threads run meanwhile.
 
     Args:
         kinematics: The robot among its obstacles.

@@ -13,7 +13,7 @@ from humanoid_rail.kinematics.path_metric import speed_units
 from humanoid_rail.model.robot import Robot
 
 Solve = Callable[[Array], Posture]
-"""Inverse kinematics from a configuration (n,)."""
+"""Inverse kinematics that begins at a configuration (n,)."""
 
 WIDEST = 10.0
 """Joints without position limits are sampled within this distance of the start, m and rad."""

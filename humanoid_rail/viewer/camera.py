@@ -17,8 +17,9 @@ from humanoid_rail.trajectory import Trajectory
 CAMERA = np.array([-1.45, -1.2, 0.5])
 """Where the camera is from the middle of what is to be seen, in units of its radius; mirrored where a wall is there."""
 ZOOM = 1.9
+"""The camera magnifies by this factor."""
 NEARBY = 1.5
-"""How far from robot and targets obstacles still count for the picture, m."""
+"""Obstacles count for the picture within this distance of robot and targets, m."""
 
 
 def viewpoint(robot: Robot, scene: Scene, trajectory: Trajectory) -> tuple[Array, Array]:

@@ -16,8 +16,9 @@ read the scale too."""
 PENETRATION_COLOUR = 0x4A0014
 """The colour where the clearance is negative."""
 OBSTACLE_COLOUR = 0xC0305A
+"""Obstacles have this colour, but for half-spaces."""
 WALL_COLOUR = 0x7C8792
-"""The colour of half-spaces, which fill much of a picture."""
+"""Half-spaces, which fill much of a picture, have this colour."""
 CLOSEST_COLOUR = 0x11151C
 """The colour of the line between the closest bodies."""
 

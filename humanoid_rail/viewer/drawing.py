@@ -17,9 +17,9 @@ from humanoid_rail.viewer.colours import OBSTACLE_COLOUR, WALL_COLOUR
 from humanoid_rail.viewer.meshes import box_edges, capsule_mesh, hull_mesh
 
 DIRECTION_LENGTH = 0.45
-"""Length of the cone that shows in which direction a hand has to point, m."""
+"""The cone that shows in which direction a hand has to point is this long, m."""
 TRACE_SPACING = 0.01
-"""Distance between the points of a trace, m."""
+"""The points of a trace are this far apart, m."""
 
 # meshcat's cylinders lie along y, those of coal and URDF along z.
 _Y_TO_Z = mt.rotation_matrix(np.pi / 2, [1, 0, 0])

@@ -8,6 +8,7 @@ from humanoid_rail._arrays import Array
 from humanoid_rail.trajectory import Trajectory
 
 FRAMES_PER_SECOND = 30
+"""The animation has this many frames a second."""
 HOLD = 1.5
 """How long the view rests on the last configuration before the animation starts over, s."""
 

@@ -24,7 +24,7 @@ from humanoid_rail.viewer.connection import draw_connection
 from humanoid_rail.viewer.drawing import draw_bodies, draw_obstacle, draw_target, draw_trace
 
 FLOOR = -0.33
-"""Height of the grid: under the rail, m."""
+"""The grid is drawn at this height, under the rail, m."""
 
 
 def fill_view(

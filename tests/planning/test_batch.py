@@ -115,9 +115,7 @@ def test_objectives_go_to_the_workers(robot: Robot, scenes: list[Scene], n_jobs:
 
 
 @pytest.mark.parametrize("n_jobs", [1, 2])
-def test_an_objective_that_fails_in_one_scene_leaves_the_others(
-    robot: Robot, scenes: list[Scene], n_jobs: int
-) -> None:
+def test_an_objective_that_fails_in_one_scene_leaves_the_others(robot: Robot, scenes: list[Scene], n_jobs: int) -> None:
     """What it returns depends on the state, so it is that scene's outcome and no wrong argument."""
     many = [scenes[0].model_copy(update={"obstacles": ()}), scenes[1]]
     assert scenes[1].obstacles

@@ -23,7 +23,7 @@ from humanoid_rail.viewer.camera import viewpoint
 from humanoid_rail.viewer.colours import hand_colour, rgb
 
 TIMESTEP = 5e-4
-"""Of the simulation, s."""
+"""A step of the simulation takes this long, s."""
 
 # filterparent: the SRDF says which links may touch, not their order. equality: as stiff as MuJoCo allows, so that
 # passive joints have no play.

@@ -18,9 +18,9 @@ from humanoid_rail.scene.shapes import PlacedShape
 from humanoid_rail.viewer.colours import hand_colour, rgb
 
 WORLD = "world"
-"""What MuJoCo calls the body that everything stands on."""
+"""MuJoCo gives this name to the body that everything stands on."""
 PLAIN = "0.7 0.7 0.7 1"
-"""Colour of what has none."""
+"""Bodies without a colour of their own are drawn in this one."""
 
 
 def add_robot(world: Element, robot: Robot, actuators: Sequence[PositionActuator]) -> None:

@@ -26,6 +26,7 @@ Array = NDArray[np.float64]
 HOLD = 1.5
 """How long the viewer rests at the end of the motion before it starts over, s."""
 FRAMES_PER_SECOND = 50
+"""The viewer shows this many frames a second."""
 
 
 @dataclass(frozen=True)
