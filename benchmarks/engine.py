@@ -13,7 +13,6 @@ from humanoid_rail._native import engine
 from humanoid_rail.kinematics.kinematics import Kinematics
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.native_tasks import native_tasks
-from humanoid_rail.kinematics.step_tasks import tasks_of
 from humanoid_rail.kinematics.task import PointTask, count_rows
 from humanoid_rail.model.library import load_robot
 from humanoid_rail.model.native_robot import native_robot
@@ -21,6 +20,7 @@ from humanoid_rail.model.robot import Robot
 from humanoid_rail.paper.cases import case_method, paper_scene, plan_case
 from humanoid_rail.planning.batch import plan_many
 from humanoid_rail.planning.planner import plan
+from humanoid_rail.planning.target_tasks import tasks_of
 from humanoid_rail.planning.verification import verify
 from humanoid_rail.resolution.integrate import Settings
 from humanoid_rail.resolution.native_options import native_gains, native_safety

@@ -4,7 +4,7 @@ A task has an error e(q) and its Jacobian de/dq, as in Pink. Errors are what is 
 4.6 with the stacked rows of all tasks makes them decay. Anything with `rows`, `error`, `jacobian` and `drift` is a
 task; those of this module also exist in the native engine, and others are called back from there.
 
-Shapes: m rows, n actuated joints. The targets of a scene become tasks in :mod:`humanoid_rail.kinematics.step_tasks`.
+Shapes: m rows, n actuated joints. The targets of a scene become tasks in :mod:`humanoid_rail.planning.target_tasks`.
 """
 
 from __future__ import annotations

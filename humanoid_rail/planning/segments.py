@@ -11,9 +11,9 @@ import numpy as np
 from humanoid_rail._arrays import Array
 from humanoid_rail.kinematics.joint_limits import JointMotion
 from humanoid_rail.kinematics.path_metric import PathQuality, path_quality
-from humanoid_rail.kinematics.step_tasks import tasks_of
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.options import Planned, PlanningMethod
+from humanoid_rail.planning.target_tasks import tasks_of
 from humanoid_rail.problem import Problem
 from humanoid_rail.resolution.integrate import Integration
 from humanoid_rail.result import Search, Status

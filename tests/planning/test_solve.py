@@ -31,9 +31,9 @@ from humanoid_rail import (
     solve,
     verify,
 )
-from humanoid_rail.kinematics.step_tasks import tasks_of
 from humanoid_rail.kinematics.task import stack_error
 from humanoid_rail.paper import dh_table as dh
+from humanoid_rail.planning.target_tasks import tasks_of
 
 EMPTY = Scene(name="empty", targets={"left": None, "right": None})
 METHODS = [
