@@ -18,7 +18,7 @@ from .planning.verification import verify
 from .problem import Problem
 from .resolution.qp import Safety
 from .resolution.velocity import Gains
-from .result import Motion, Peak, Provenance, Samples, Status, Timing, Verdict
+from .result import Motion, Peak, Provenance, Retiming, Samples, Status, Timing, Verdict
 from .retiming.retiming import retime
 from .scene.obstacles import Box, Capsule, HalfSpace, Mesh, Sphere
 from .scene.scene import Scene, load_scene, make_scene
@@ -51,6 +51,7 @@ __all__ = [
     "Problem",
     "Provenance",
     "RelativeTask",
+    "Retiming",
     "Robot",
     "SafeVelocity",
     "Safety",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, Protocol
@@ -177,6 +176,18 @@ class Search:
 
 
 @dataclass(frozen=True)
+class Retiming:
+    """How a motion was retimed; the limits it was given are in its peaks."""
+
+    dt: float
+    """Time between samples, s."""
+    speed: float
+    """Share of the velocity limits that was used."""
+    dwell: float
+    """How long the motion rests at each target before the next, s."""
+
+
+@dataclass(frozen=True)
 class Provenance:
     """Where a motion comes from."""
 
@@ -198,5 +209,5 @@ class Provenance:
     """Time that planning took, including the certificate, s."""
     certification_time: float
     """Time that the certificate took, s."""
-    retiming: Mapping[str, float] | None = None
-    """The options of the retiming, `dt` (s), `speed` and `dwell` (s); None if the motion was not retimed."""
+    retiming: Retiming | None = None
+    """How the motion was retimed; None if it was not."""

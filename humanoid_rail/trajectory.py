@@ -220,7 +220,7 @@ class Trajectory:
             "evaluations": self.evaluations,
             "planning_time": self.planning_time,
             "certification_time": self.certification_time,
-            "retiming": None if self.provenance.retiming is None else dict(self.provenance.retiming),
+            "retiming": None if self.provenance.retiming is None else asdict(self.provenance.retiming),
             "joint_names": list(self.joint_names),
             "hand_names": list(self.hand_names),
         }

@@ -21,7 +21,7 @@ from humanoid_rail.kinematics.joint_limits import Violation
 from humanoid_rail.kinematics.path_metric import PathQuality
 from humanoid_rail.planning.methods import METHODS
 from humanoid_rail.planning.options import PlanningMethod
-from humanoid_rail.result import Motion, Peak, Provenance, Samples, Search, Status, Timing, Verdict
+from humanoid_rail.result import Motion, Peak, Provenance, Retiming, Samples, Search, Status, Timing, Verdict
 from humanoid_rail.trajectory import Trajectory
 
 DAMAGED = (BadZipFile, RuntimeError, zlib.error)
@@ -134,7 +134,7 @@ def _provenance(summary: Mapping[str, Any]) -> Provenance:
         evaluations=summary["evaluations"],
         planning_time=summary["planning_time"],
         certification_time=summary["certification_time"],
-        retiming=None if summary["retiming"] is None else dict(summary["retiming"]),
+        retiming=None if summary["retiming"] is None else Retiming(**summary["retiming"]),
     )
 
 

@@ -31,7 +31,7 @@ from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.planner import judged
 from humanoid_rail.planning.segments import arrival
 from humanoid_rail.planning.verification import check_robot
-from humanoid_rail.result import MAX_SAMPLES, Motion, Peak, Samples, Status, Timing, Verdict
+from humanoid_rail.result import MAX_SAMPLES, Motion, Peak, Retiming, Samples, Status, Timing, Verdict
 from humanoid_rail.retiming.bspline import fastest_in_between, peaks, samples
 from humanoid_rail.retiming.rest_to_rest import follow
 from humanoid_rail.retiming.smooth_path import deviation, smooth_path
@@ -113,8 +113,8 @@ def retime(
     check_robot(robot, trajectory)
     import_module("toppra.algorithm")  # seconds that are spent once do not count as planning time
     started = time.perf_counter()
-    given = {"dt": trajectory.method.dt, **(trajectory.provenance.retiming or {})}["dt"] if dt is None else dt
-    step = checked_number("dt", given, above=0.0, most=LONGEST_STEP)
+    own = trajectory.provenance.retiming or trajectory.method
+    step = checked_number("dt", own.dt if dt is None else dt, above=0.0, most=LONGEST_STEP)
     rest = checked_number("dwell", dwell, least=0.0, most=step * MAX_SAMPLES)
     longest = np.inf if max_time is None else checked_number("max_time", max_time, above=0.0)
     share = checked_number("speed", speed, least=LEAST_SPEED, most=1.0)
@@ -124,8 +124,8 @@ def retime(
     motion = _certified_motion(robot, scene, segments, limits, step, rest, _wanted(trajectory))
     retimed = _result(trajectory, robot, scene, motion, step, longest, limits)
     spent = trajectory.planning_time + time.perf_counter() - started
-    options = {"dt": step, "speed": share, "dwell": rest}
-    return replace(retimed, provenance=replace(retimed.provenance, planning_time=spent, retiming=options))
+    done = Retiming(step, share, rest)
+    return replace(retimed, provenance=replace(retimed.provenance, planning_time=spent, retiming=done))
 
 
 def _result(

@@ -11,7 +11,7 @@ import pytest
 from conftest import ROOT
 from running import Ran, assert_bad_input
 
-from humanoid_rail import load_robot, read_trajectory, verify
+from humanoid_rail import Retiming, load_robot, read_trajectory, verify
 from humanoid_rail.io.plan_folder import read_plan
 
 SCENE = ROOT / "scenes" / "dev" / "sparse-80000.json"
@@ -40,7 +40,7 @@ def test_a_plan_has_the_timing_of_its_method_unless_told_otherwise(
     assert own.timing is None
     assert own.provenance.retiming is None
     assert fastest.timing is not None
-    assert fastest.provenance.retiming == {"dt": 0.01, "speed": 1.0, "dwell": 0.0}
+    assert fastest.provenance.retiming == Retiming(dt=0.01, speed=1.0, dwell=0.0)
     if method == "auto":  # its own timing is the fastest without limits of acceleration
         assert own.duration < fastest.duration
     np.testing.assert_array_equal(own.q[[0, -1]], fastest.q[[0, -1]])

@@ -136,7 +136,7 @@ def test_samples_are_equally_far_apart(robot: Robot, scene: Scene) -> None:
         motion = retime(plan, robot, scene, dt=dt)
         np.testing.assert_allclose(np.diff(motion.t), dt, rtol=1e-9)
         assert motion.provenance.retiming is not None
-        assert motion.provenance.retiming["dt"] == dt
+        assert motion.provenance.retiming.dt == dt
 
 
 def test_limits_can_be_given(robot: Robot, planned: Trajectory, free: Scene) -> None:
