@@ -8,8 +8,6 @@ namespace humanoid_rail {
 
 namespace {
 
-// A solution has to satisfy its constraints to this, m/s and rad/s.
-constexpr double FEASIBLE = 1e-6;
 // Room is made for this many rows at first.
 constexpr Eigen::Index LIKELY_ROWS = 256;
 
@@ -88,13 +86,19 @@ void SafeVelocity::set_equalities(const Observation& at, const Safety& safety) {
     return;
   }
   const auto [A, b] = safety.equality(at.q, at.t);
-  if (A.cols() != reference_.size() || A.rows() != b.size() || !A.allFinite() || !b.allFinite()) {
-    throw std::invalid_argument("equalities need finite A (k, n) and b (k)");
+  if (A.cols() != reference_.size() || A.rows() != b.size() || A.rows() > A.cols() || !A.allFinite() ||
+      !b.allFinite()) {
+    throw std::invalid_argument("equalities need finite, independent rows A (k, n) and sides b (k)");
   }
-  // The solver takes what is small for zero, so rows have length 1.
-  const Vector length = A.rowwise().norm().cwiseMax(std::numeric_limits<double>::min());
-  CE_ = length.cwiseInverse().asDiagonal() * A;
-  ce_ = -length.cwiseInverse().cwiseProduct(b);
+  CE_ = A;
+  ce_ = -b;
+}
+
+bool SafeVelocity::keeps_equalities(const Vector& velocity, double precision) const {
+  for (Eigen::Index i = 0; i < ce_.size(); ++i) {
+    if (!(std::abs(CE_.row(i).dot(velocity) + ce_[i]) <= precision)) return false;
+  }
+  return true;
 }
 
 // The velocity damper d_dot >= -k (d - d_s), unless no velocity within the joints' bounds can break it. What it asks
@@ -115,16 +119,14 @@ void SafeVelocity::add_row(const Nearest& pair, const Safety& safety, double dt)
 }
 
 bool SafeVelocity::holds(const Vector& velocity, double precision) const {
+  // Comparisons with what is no number are false.
   for (Eigen::Index i = 0; i < velocity.size(); ++i) {
-    if (velocity[i] > upper_[i] + precision || velocity[i] < lower_[i] - precision) return false;
+    if (!(velocity[i] <= upper_[i] + precision && velocity[i] >= lower_[i] - precision)) return false;
   }
   for (Eigen::Index i = 0; i < count_; ++i) {
-    if (G_.col(i).dot(velocity) < h_[i] - precision) return false;
+    if (!(G_.col(i).dot(velocity) >= h_[i] - precision)) return false;
   }
-  for (Eigen::Index i = 0; i < ce_.size(); ++i) {
-    if (std::abs(CE_.row(i).dot(velocity) + ce_[i]) > precision) return false;
-  }
-  return true;
+  return keeps_equalities(velocity, precision);
 }
 
 // Sets velocity to the closest to the reference: min |x - r|^2 + w |J (x - r)|^2 within the bounds, G x >= h and A x =
@@ -138,10 +140,7 @@ bool SafeVelocity::solve(const Matrix& J, const Safety& safety, double share) {
   for (Eigen::Index i = 0; i < count_; ++i) {
     if (G_.col(i).dot(velocity_) < part(h_[i], share) - FEASIBLE) return false;
   }
-  for (Eigen::Index i = 0; i < ce_.size(); ++i) {
-    if (std::abs(CE_.row(i).dot(velocity_) + ce_[i]) > FEASIBLE) return false;
-  }
-  return true;
+  return keeps_equalities(velocity_);
 }
 
 void SafeVelocity::set_program(const Matrix& J, double task_weight, double share) {

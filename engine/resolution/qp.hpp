@@ -23,9 +23,13 @@ struct Safety {
   double fastest = 0.0;        // The limit of joints without a speed limit, m/s or rad/s.
   double precision = 0.0;      // Of constraints, m/s and rad/s.
   std::vector<double> shares;  // Of the speed away from what is too near, until one can be had.
-  // Rows A (k, n) and sides b (k) of A q_dot = b at a configuration (n) and a time in s. May be empty.
+  // Independent rows A (k, n) of length 1 and sides b (k) of A q_dot = b at a configuration (n) and a time in s. May be
+  // empty.
   std::function<std::pair<Matrix, Vector>(const Vector& q, double t)> equality;
 };
+
+// A solution has to satisfy its constraints to this, m/s and rad/s.
+constexpr double FEASIBLE = 1e-6;
 
 // q_dot of the quadratic program. Holds its workspace. Not to be shared between threads.
 class SafeVelocity {
@@ -45,6 +49,8 @@ class SafeVelocity {
   void observe(const Eigen::Ref<const Vector>& q, double t, const Gains& gains, const Safety& safety,
                Observation& seen);
 
+  // Whether a velocity (n) satisfies the equalities of the last velocity's program.
+  [[nodiscard]] bool keeps_equalities(const Vector& velocity, double precision = FEASIBLE) const;
   // The rows G q_dot >= h of the last velocity (m, n) and (m): of the pairs that can bind.
   [[nodiscard]] Matrix rows() const { return G_.leftCols(count_).transpose(); }
   [[nodiscard]] Vector sides() const { return h_.head(count_); }

@@ -67,7 +67,7 @@ class Rollout {
     if (t_ - singular_since_ > settings_.patience) return stand(Status::singular);
     double share = choose_share(velocity, duration);
     if (share < 0.0) {
-      if (!moving_) return stand(Status::stalled);
+      if (!moving_ || !method_.keeps_equalities(0.0 * velocity)) return stand(Status::stalled);
       if (!can_stand_still(duration)) return stand(Status::overrun);
       share = 0.0;
       next_ = q_;
@@ -89,6 +89,7 @@ class Rollout {
     double free_share = -1.0;
     for (int halving = 0; halving <= HALVINGS + 1; ++halving) {
       const double share = halving <= HALVINGS ? std::ldexp(1.0, -halving) : 0.0;
+      if (!method_.keeps_equalities(share * velocity)) continue;
       set_next(share * duration * velocity);
       if (!moving_ && next_ == q_) return -1.0;
       look(next_, t_ + duration, there_);

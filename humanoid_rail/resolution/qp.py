@@ -57,6 +57,8 @@ FASTEST = 1e4
 """A joint without a speed limit is given this one, m/s or rad/s."""
 PRECISION = 1e-9
 """Constraints are precise to this, m/s and rad/s."""
+DEPENDENT = 1e-6
+"""A row of length 1 follows from others if they come this near to it."""
 UNBOUNDED = 1e30
 """The QP solver takes a bound of this size for none."""
 
@@ -130,13 +132,13 @@ class Constraints:
 
 
 def equality_rows(state: State, safety: Safety) -> Equalities:
-    """Return the rows of all equalities at a state.
+    """Return the rows of all equalities at a state, of length 1; those that follow from others are left out.
 
     Raises:
-        InvalidInput: If an equality returns anything else than finite A (k, n) and b (k,).
+        InvalidInput: If an equality returns anything else than finite A (k, n) and b (k,), or contradicts those before.
     """
     n = state.q.size
-    rows, sides = [np.zeros((0, n))], [np.zeros(0)]
+    kept = Equalities(np.zeros((0, n)), np.zeros(0))
     for i, equality in enumerate(safety.equalities):
         found = equality(state)
         try:
@@ -145,9 +147,24 @@ def equality_rows(state: State, safety: Safety) -> Equalities:
             A, b = np.empty(0), np.empty(0)
         if A.ndim != 2 or A.shape != (b.size, n) or b.ndim != 1 or not (np.isfinite(A).all() and np.isfinite(b).all()):
             raise InvalidInput(f"equalities[{i}](state)", found, f"A (k, {n}) and b (k,), finite numbers")
-        rows.append(A)
-        sides.append(b)
-    return Equalities(np.vstack(rows), np.concatenate(sides))
+        for row, side in zip(A, b, strict=True):
+            if not (largest := abs(row).max(initial=0.0)) and not side:
+                continue
+            scale = largest * float(np.linalg.norm(row / largest)) if largest else 1.0
+            added = _with_row(kept, row / scale, side / scale)
+            if added is None:
+                raise InvalidInput(f"equalities[{i}](state)", found, "rows that do not contradict each other or others")
+            kept = added
+    return kept
+
+
+def _with_row(equalities: Equalities, row: Array, side: float) -> Equalities | None:
+    """Return equalities with one more of length 1, unless it follows from them; None if it contradicts them."""
+    A, b = equalities
+    weights = np.linalg.lstsq(A.T, row, rcond=None)[0]
+    if np.linalg.norm(row - weights @ A) > DEPENDENT:
+        return Equalities(np.vstack([A, row]), np.append(b, side))
+    return equalities if abs(side - weights @ b) <= PRECISION else None
 
 
 def constraints(robot: Robot, state: State, safety: Safety, dt: float) -> Constraints:

@@ -50,6 +50,8 @@ def rollout(
     contact = None if overrun is None else named_contact(kinematics.robot, kinematics.obstacles, overrun)
     status, t = status_of(motion.status), motion.t
     reason = explain_rollout(status, t[-1], motion.left, motion.evaluations, settings, contact)
+    if status is Status.STALLED and safety.equalities:
+        reason += ", or none that does and satisfies the equalities"
     return Integration(t, motion.q, status, reason, motion.evaluations, JointMotion(*motion.visited))
 
 

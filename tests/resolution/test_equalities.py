@@ -10,6 +10,7 @@ from conftest import points, random_q
 
 import humanoid_rail
 from humanoid_rail import (
+    Box,
     Gains,
     InvalidInput,
     Kinematics,
@@ -88,6 +89,54 @@ def test_several_add_up(robot: Robot, scene: Scene) -> None:
     plain = velocities(robot, scene, robot.initial, Safety())
     np.testing.assert_array_equal(free[1], plain[1])
     np.testing.assert_array_equal(free[2], plain[2])
+
+
+@pytest.mark.parametrize("scale", [1e-170, 1e-9, 1.0, 1e9, 1e170])
+def test_rows_of_any_length_mean_the_same(robot: Robot, scene: Scene, scale: float) -> None:
+    def scaled(state: State) -> tuple[np.ndarray, np.ndarray]:
+        return scale * np.eye(state.q.size)[[2]], np.array([scale * 0.05])
+
+    for velocity in velocities(robot, scene, robot.initial, Safety(equalities=[scaled]))[1:]:
+        assert velocity[2] == pytest.approx(0.05, abs=1e-9)
+
+
+def test_rows_that_follow_from_others_change_nothing(robot: Robot, scene: Scene) -> None:
+    """Twice the same, sums, rows of zeros, and in all more of them than joints."""
+
+    def redundant(state: State) -> tuple[np.ndarray, np.ndarray]:
+        A, b = slanted(state)
+        mixed = np.random.default_rng(1).normal(size=(20, 2))
+        return np.vstack([A, np.zeros((1, state.q.size)), mixed @ A]), np.concatenate([b, [0.0], mixed @ b])
+
+    once = velocities(robot, scene, robot.initial, Safety(equalities=[slanted]))
+    again = velocities(robot, scene, robot.initial, Safety(equalities=[slanted, slanted, redundant]))
+    for one, other in zip(once[1:], again[1:], strict=True):
+        assert one.any()
+        np.testing.assert_allclose(other, one, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("rows", "sides"), [(np.eye(12)[[1, 1]], [0.0, 1.0]), (np.zeros((1, 12)), [1.0]), (np.eye(12)[[1]], [0.2])]
+)
+def test_contradictions_are_named(robot: Robot, scene: Scene, rows: np.ndarray, sides: list[float]) -> None:
+    method = SafeVelocity(equalities=[still(1), lambda _: (rows, np.array(sides))])
+    with pytest.raises(InvalidInput, match=r"equalities\[1\]\(state\).*contradict"):
+        humanoid_rail.plan(robot, scene, method)
+
+
+def test_a_rate_is_kept_in_every_step(robot: Robot) -> None:
+    """A step that would come too near is not slowed down, as that would break it: the motion ends, and says why."""
+    hands = Kinematics(robot).hand_positions(robot.initial)
+    targets = dict(zip(robot.hand_names, map(tuple, (hands + [-1.0, 0.0, 0.5]).tolist()), strict=True))
+    wall = Box(center=tuple((hands[1] + [-0.3, 0.0, 0.2]).tolist()), size=(0.1, 2.0, 2.0))
+    scene = Scene(name="wall", targets=targets, obstacles=(wall,))
+    method = SafeVelocity(dt=0.1, equalities=[lambda state: (np.eye(state.q.size)[[1]], [-0.05])])
+    motion = humanoid_rail.plan(robot, scene, method)
+    assert motion.status is Status.STALLED
+    assert "equalities" in motion.reason
+    assert len(motion.t) > 5
+    np.testing.assert_allclose(np.diff(motion.q[:, 1]) / np.diff(motion.t), -0.05, atol=1e-6)
+    assert motion.certified
 
 
 def test_what_cannot_be_kept_is_standing_still(robot: Robot, scene: Scene) -> None:
