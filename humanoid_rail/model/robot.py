@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from humanoid_rail._arrays import Array, FrozenArrays, frozen
 from humanoid_rail.errors import MISSING, InvalidInput
+from humanoid_rail.model.followers import folded_limits
 
 _ACCELERATION = "{http://drake.mit.edu}acceleration"
 """URDF has no acceleration limit; this attribute of `<limit>` is Drake's."""
@@ -38,6 +39,9 @@ class Hand:
 class Robot(FrozenArrays):
     """A robot whose joints follow its actuated ones linearly: q_full = S q + s0.
 
+    The limits are those of `<limit>` in the URDF. A passive joint has limits of its own: where they are narrower than
+    what its leader makes of them, the leader's limits are narrower here than in the URDF, so that both are kept.
+
     The passive joints are ordinary joints of the Pinocchio model, moved by the coupling, because Pinocchio's own mimic
     joints support neither kinematic Hessians nor pickling. n is the number of actuated joints.
     """
@@ -56,9 +60,9 @@ class Robot(FrozenArrays):
     joint_names: tuple[str, ...]
     """Actuated joints in Pinocchio's order."""
     lower: Array
-    """Position limits (n,), m or rad."""
+    """Lower position limits (n,), m or rad, within which passive joints keep theirs."""
     upper: Array
-    """Position limits (n,), m or rad."""
+    """Upper position limits (n,), m or rad, within which passive joints keep theirs."""
     velocity_limit: Array
     """(n,), m/s or rad/s."""
     acceleration_limit: Array
@@ -140,7 +144,8 @@ def robot_from_urdf(urdf: str, srdf: str | None, hands: Sequence[Hand], initial:
     Raises:
         InvalidInput: If the text is no URDF, a joint has no Euclidean configuration (continuous, floating), a hand
             names a frame or a joint that the URDF does not have, arms overlap or have fewer than three joints, there
-            are no collision bodies or one is a mesh, the SRDF is none, or `initial` has the wrong size.
+            are no collision bodies or one is a mesh, the SRDF is none, a passive joint cannot keep its limits wherever
+            its leader is, or `initial` has the wrong size.
     """
     try:
         tree = ElementTree.fromstring(urdf)  # first, as Pinocchio prints what is wrong with XML
@@ -158,12 +163,11 @@ def robot_from_urdf(urdf: str, srdf: str | None, hands: Sequence[Hand], initial:
     collision_model = _collision_model(model, urdf)
     _check_hands(model, joint_names, hands)
 
-    actuated = [model.joints[model.getJointId(name)].idx_q for name in joint_names]
-    lower, upper = model.lowerPositionLimit[actuated], model.upperPositionLimit[actuated]
-    start = (lower + upper) / 2 if initial is None else np.array(initial, float)
+    accelerations = [_acceleration_limit(joints[name]) for name in list(model.names)[1:]]
+    limits = folded_limits(model, joint_names, coupling, offset, np.array(accelerations))
+    start = (limits.lower + limits.upper) / 2 if initial is None else np.array(initial, float)
     if start.shape != (len(joint_names),) or not np.isfinite(start).all():
         raise InvalidInput("initial", initial, f"a finite number for each of the {len(joint_names)} actuated joints")
-    accelerations = [joints[name].find("limit") for name in joint_names]
     return Robot(
         name=model.name,
         urdf=urdf,
@@ -172,16 +176,20 @@ def robot_from_urdf(urdf: str, srdf: str | None, hands: Sequence[Hand], initial:
         coupling=frozen(coupling),
         offset=frozen(offset),
         joint_names=joint_names,
-        lower=frozen(lower),
-        upper=frozen(upper),
-        velocity_limit=frozen(model.velocityLimit[actuated]),
-        acceleration_limit=frozen(
-            [float(a.get(_ACCELERATION, "inf")) if a is not None else np.inf for a in accelerations]
-        ),
+        lower=frozen(limits.lower),
+        upper=frozen(limits.upper),
+        velocity_limit=frozen(limits.velocity),
+        acceleration_limit=frozen(limits.acceleration),
         hands=tuple(hands),
         initial=frozen(start),
         self_collision_pairs=_self_collision_pairs(model, collision_model, srdf),
     )
+
+
+def _acceleration_limit(joint: ElementTree.Element) -> float:
+    """Return the acceleration limit of a joint, m/s^2 or rad/s^2; infinite if it has none."""
+    limit = joint.find("limit")
+    return np.inf if limit is None else float(limit.get(_ACCELERATION, "inf"))
 
 
 def _linear_coupling(
