@@ -66,6 +66,11 @@ def _clearances(certificate: Certificate | None) -> Iterator[tuple[str, str]]:
     if certificate is not None:
         yield "least clearance", _clearance(certificate.min_clearance_obstacles, "no obstacles")
         yield "between links", _clearance(certificate.min_clearance_self, "no pairs to check")
+        pairs = [f"{pair.link} and {pair.other}" for pair in certificate.unchecked_pairs]
+        if pairs:
+            yield "not checked", f"{', '.join(pairs)} against each other; docs/safety.md"
+        if certificate.links_without_body:
+            yield "no collision body", ", ".join(certificate.links_without_body)
 
 
 def _timing(trajectory: Trajectory) -> Iterator[tuple[str, str]]:

@@ -104,12 +104,12 @@ def test_every_limit_is_an_argument() -> None:
 def test_nine_capsules_lie_along_the_bones(radius: float, rng: np.random.Generator) -> None:
     robot = load_robot(link_radius=radius)
     bodies = robot.collision_model.geometryObjects
-    assert robot.link_names == tuple(dh.BONES)
+    assert robot.link_names[:9] == tuple(dh.BONES)  # then far parts, which thick bones have
     assert all(isinstance(body.geometry, coal.Capsule) and body.geometry.radius == radius for body in bodies)
     kinematics = Kinematics(robot)
     for _ in range(50):
         q = rng.uniform(robot.lower, robot.upper)
-        for ends, expected in zip(kinematics.bones(q), dh.bones(q).values(), strict=True):
+        for ends, expected in zip(kinematics.bones(q)[:9], dh.bones(q).values(), strict=True):
             error = min(abs(ends - expected).max(), abs(ends[::-1] - expected).max())
             assert error <= 1e-12
 
