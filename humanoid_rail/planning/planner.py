@@ -14,6 +14,7 @@ from humanoid_rail.errors import InvalidInput, check_kind
 from humanoid_rail.kinematics.joint_limits import limit_violations, sampled
 from humanoid_rail.kinematics.state import KinematicsModel
 from humanoid_rail.kinematics.task import count_rows
+from humanoid_rail.model.position_limits import within_position_limits
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.methods import as_method
 from humanoid_rail.planning.options import PlanningMethod
@@ -58,7 +59,7 @@ def plan(robot: Robot, scene: Scene, method: PlanningMethod | str = "auto") -> T
     chosen.gains.diagonal(3 * len(robot.hands))
     check_scene(robot, scene)
     chosen.check(scene)
-    start = np.array(robot.initial if scene.initial is None else scene.initial, float)
+    start = within_position_limits(robot, robot.initial if scene.initial is None else scene.initial, "initial")
     first = segment_problem(robot, scene, 0, start)
     # The motion is judged with all hands, also those that have no target.
     kinematics = chosen.kinematics(first if first.robot is robot else Problem(robot, scene, first.tasks, start))
