@@ -102,6 +102,8 @@ def _result(
     certificate = None if why_no_engine() else certify(robot, scene.obstacles, motion.t, motion.q)
     certified = time.perf_counter()
     status, reason = judged(certificate, method.kept_distance, motion.status, motion.reason)
+    if status is not Status.REACHED:
+        reason += _held(robot)
     verdict = Verdict(
         status=status,
         reason=reason,
@@ -155,6 +157,15 @@ def judged(
     if nearest is not None and nearest < kept_distance - bound_resolution() - least_distance():
         reason += f"; the safety distance of {kept_distance:g} m could not be kept everywhere"
     return status, reason
+
+
+def _held(robot: Robot) -> str:
+    """Say which joints a velocity limit of 0 keeps where they are; nothing if there are none."""
+    passive = [name for name in list(robot.model.names)[1:] if name not in robot.joint_names]
+    limits = [robot.model.velocityLimit[robot.model.joints[robot.model.getJointId(name)].idx_v] for name in passive]
+    named = [*zip(robot.joint_names, robot.velocity_limit, strict=True), *zip(passive, limits, strict=True)]
+    held = [name for name, limit in named if limit == 0.0]
+    return f"; these joints have a velocity limit of 0 and stay where they are: {', '.join(held)}" if held else ""
 
 
 def _check_start(kinematics: KinematicsModel, scene: Scene, start: Array, method: PlanningMethod) -> None:

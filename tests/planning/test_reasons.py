@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 from conftest import AHEAD, ROOT
 
@@ -62,3 +65,15 @@ def test_tables_of_motions_that_end_early_say_so(
 ) -> None:
     report_plan("a plan", plan(robot, Scene(name="once", targets=AHEAD), Auto(max_time=longest)))
     assert ("as far as" in " ".join(capsys.readouterr().out.split())) != is_whole
+
+
+def test_joints_that_a_velocity_limit_of_0_holds_are_named(robot: Robot) -> None:
+    once = Scene(name="once", targets=AHEAD)
+    still = replace(robot, velocity_limit=np.zeros(robot.n))
+    held = "velocity limit of 0 and stay where they are: " + ", ".join(robot.joint_names)
+    for method in (Auto(), SafeVelocity()):
+        assert held in reason(still, once, method)[1]
+    some = np.where(np.arange(robot.n) == 0, 0.0, robot.velocity_limit)
+    far = Scene(name="far", targets={"left": (-1.6, 8.0, 3.4), "right": None})
+    assert reason(replace(robot, velocity_limit=some), far, Auto())[1].endswith("where they are: rail")
+    assert "velocity limit" not in reason(robot, far, Auto(max_time=0.1))[1]
