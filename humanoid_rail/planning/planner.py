@@ -19,6 +19,7 @@ from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.methods import as_method
 from humanoid_rail.planning.options import PlanningMethod
 from humanoid_rail.planning.segments import Segments, joined, plan_segments, segment_problem
+from humanoid_rail.planning.size import check_size, size_hint
 from humanoid_rail.problem import Problem
 from humanoid_rail.result import Motion, Provenance, Samples, Status, Verdict
 from humanoid_rail.scene.obstacles import name_of
@@ -59,6 +60,7 @@ def plan(robot: Robot, scene: Scene, method: PlanningMethod | str = "auto") -> T
     chosen.gains.diagonal(3 * len(robot.hands))
     check_scene(robot, scene)
     chosen.check(scene)
+    check_size(robot, chosen)
     start = within_position_limits(robot, robot.initial if scene.initial is None else scene.initial, "initial")
     first = segment_problem(robot, scene, 0, start)
     # The motion is judged with all hands, also those that have no target.
@@ -86,6 +88,7 @@ def solve(problem: Problem, method: PlanningMethod | str = "auto") -> Trajectory
     check_kind("problem", problem, Problem)
     chosen = as_method(method)
     chosen.gains.diagonal(count_rows(problem.tasks))
+    check_size(problem.robot, chosen)
     kinematics = chosen.kinematics(problem)
     _check_start(kinematics, problem.scene, problem.q, chosen)
     segments = joined(problem.robot, [chosen.plan(problem)], 1)
@@ -103,7 +106,7 @@ def _result(
     certified = time.perf_counter()
     status, reason = judged(certificate, method.kept_distance, motion.status, motion.reason)
     if status is not Status.REACHED:
-        reason += _held(robot)
+        reason += _held(robot) + size_hint(robot, method, status)
     verdict = Verdict(
         status=status,
         reason=reason,
