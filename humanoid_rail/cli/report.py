@@ -78,7 +78,7 @@ def _clearances(certificate: Certificate | None) -> Iterator[tuple[str, str]]:
         yield "between links", _clearance(certificate.min_clearance_self, "no pairs to check")
         pairs = [f"{pair.link} and {pair.other}" for pair in certificate.unchecked_pairs]
         if pairs:
-            yield "not checked", f"{', '.join(pairs)} against each other; docs/safety.md"
+            yield "left out of checks", f"{', '.join(pairs)}, at least near their joint; docs/safety.md"
         if certificate.links_without_body:
             yield "no collision body", ", ".join(certificate.links_without_body)
 
