@@ -76,10 +76,23 @@ def checked_number(
     except OverflowError:
         number = math.nan
     if not math.isfinite(number) or number <= above or number < least or number > most:
-        bounds = [f"greater than {above:g}"] * (above > -math.inf) + [f"not less than {least:g}"] * (least > -math.inf)
-        bounds += [f"not more than {most:g}"] * (most < math.inf)
+        said = [("greater than", above), ("not less than", least), ("not more than", most)]
+        bounds = [f"{what} {told_apart(bound, number)}" for what, bound in said if math.isfinite(bound)]
         raise InvalidInput(field, value, ", ".join(["a finite number", *bounds]))
     return number
+
+
+def told_apart(bound: float, value: float, digits: int = 6) -> str:
+    """Return a bound as text, with as many digits as it takes to tell it from a value.
+
+    Args:
+        bound: The bound.
+        value: What is beyond it, or not.
+        digits: At least so many digits.
+    """
+    while digits < 17 and bound != value and f"{bound:.{digits}g}" == f"{value:.{digits}g}":
+        digits += 1
+    return f"{bound:.{digits}g}"
 
 
 def check_kind(field: str, value: object, kind: type) -> None:

@@ -15,6 +15,7 @@ from humanoid_rail.errors import InvalidInput, check_kind
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.native_tasks import check_tasks
 from humanoid_rail.kinematics.task import Task
+from humanoid_rail.model.position_limits import within_position_limits
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import Obstacle
 from humanoid_rail.scene.scene import Scene
@@ -37,7 +38,8 @@ class Problem(FrozenArrays):
     tasks: Sequence[Task]
     """What is to be reached, all at once. Kept as a tuple."""
     start: ArrayLike
-    """Configuration (n,) where the motion starts, m and rad. Kept as a read-only array."""
+    """Configuration (n,) where the motion starts, m and rad. Kept as a read-only array; what is beyond a position limit
+    by rounding, 1e-9 of the joint's range, is put onto it."""
 
     def __post_init__(self) -> None:
         check_kind("robot", self.robot, Robot)
@@ -51,10 +53,7 @@ class Problem(FrozenArrays):
             start = frozen(np.empty(0))
         if start.shape != (robot.n,) or not np.isfinite(start).all():
             raise InvalidInput("start", self.start, f"{robot.n} finite numbers, for {', '.join(robot.joint_names)}")
-        for i in np.flatnonzero((start < robot.lower) | (start > robot.upper)):
-            valid = f"a position within the limits {robot.lower[i]:.6g} to {robot.upper[i]:.6g}"
-            raise InvalidInput(f"start[{i}] ({robot.joint_names[i]})", float(start[i]), valid)
-        object.__setattr__(self, "start", start)
+        object.__setattr__(self, "start", frozen(within_position_limits(robot, start, "start")))
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what is pickled: all but what the native engine has made of it."""

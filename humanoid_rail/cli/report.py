@@ -7,7 +7,9 @@ from collections.abc import Iterable, Iterator
 
 from humanoid_rail.cli.console import console
 from humanoid_rail.collision.certificate import Certificate
+from humanoid_rail.errors import told_apart
 from humanoid_rail.kinematics.path_metric import PathQuality
+from humanoid_rail.result import Status
 from humanoid_rail.trajectory import Trajectory
 
 NO_ENGINE = "nothing can be proven without the native engine"
@@ -19,7 +21,7 @@ def report_plan(title: str, trajectory: Trajectory) -> None:
     certificate = trajectory.certificate
     rows = [
         ("status", f"{trajectory.status}: {trajectory.reason}"),
-        ("certified", _certified(certificate, trajectory.duration)),
+        (f"certified{_as_far(trajectory)}", _certified(certificate, trajectory.duration)),
         *_limits(trajectory),
         ("duration", f"{trajectory.duration:.4f} s"),
         *_timing(trajectory),
@@ -51,13 +53,21 @@ def _print(title: str, rows: Iterable[tuple[str, str]]) -> None:
     console().print(table)
 
 
+def _as_far(trajectory: Trajectory) -> str:
+    """Return what is added to the proofs of a motion that ends before its targets."""
+    return "" if trajectory.status is Status.REACHED else ", as far as the motion goes"
+
+
 def _limits(trajectory: Trajectory) -> Iterator[tuple[str, str]]:
     """Say whether the joint limits are kept."""
     if trajectory.limits_ok:
         what = "of position and velocity" if trajectory.timing is None else "of position, velocity and acceleration"
-        yield "limits", f"kept, {what}"
+        yield f"limits{_as_far(trajectory)}", f"kept, {what}"
     for i, violation in enumerate(trajectory.violations):
-        what = f"{violation.joint} {violation.quantity} {violation.value:.3g}, limit {violation.limit:.3g}"
+        value, limit = (
+            told_apart(a, b, 3) for a, b in ((violation.value, violation.limit), (violation.limit, violation.value))
+        )
+        what = f"{violation.joint} {violation.quantity} {value}, limit {limit}"
         yield "" if i else "beyond limits", f"{what}, at {violation.t:.2f} s"
 
 
@@ -66,6 +76,11 @@ def _clearances(certificate: Certificate | None) -> Iterator[tuple[str, str]]:
     if certificate is not None:
         yield "least clearance", _clearance(certificate.min_clearance_obstacles, "no obstacles")
         yield "between links", _clearance(certificate.min_clearance_self, "no pairs to check")
+        pairs = [f"{pair.link} and {pair.other}" for pair in certificate.unchecked_pairs]
+        if pairs:
+            yield "left out of checks", f"{', '.join(pairs)}, at least near their joint; docs/safety.md"
+        if certificate.links_without_body:
+            yield "no collision body", ", ".join(certificate.links_without_body)
 
 
 def _timing(trajectory: Trajectory) -> Iterator[tuple[str, str]]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from humanoid_rail.model.pairs import UncheckedPair
+
 
 @dataclass(frozen=True)
 class Contact:
@@ -28,7 +30,8 @@ class Certificate:
     """What :func:`humanoid_rail.verify` proves of a motion."""
 
     certified: bool
-    """Whether no link touches an obstacle or another link at any time from the first sample to the last."""
+    """Whether no link touches an obstacle or another link at any time from the first sample to the last; what is left
+    out is in `unchecked_pairs` and `links_without_body`."""
     min_clearance_obstacles: float | None
     """Smallest clearance from an obstacle at the samples, or between them where that was looked at, m; None without
     obstacles."""
@@ -39,6 +42,10 @@ class Certificate:
     None where there is nothing to touch."""
     contact: Contact | None
     """The first contact, if there is one."""
+    unchecked_pairs: tuple[UncheckedPair, ...] = ()
+    """Pairs of links that were not checked against each other, or only in part, each with the reason."""
+    links_without_body: tuple[str, ...] = ()
+    """Links that are visible or have a mass, and no collision body, so that nothing is proven of them."""
 
     def __bool__(self) -> bool:
         """Return whether the motion is certified."""

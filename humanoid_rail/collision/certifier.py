@@ -42,6 +42,8 @@ def certify(robot: Robot, obstacles: tuple[Obstacle, ...], t: Array, q: Array) -
         min_clearance_self=found.min_links if some_pair else None,
         clearance_bound=found.bound if some_obstacle or some_pair else None,
         contact=None if found.contact is None else named_contact(robot, obstacles, found.contact),
+        unchecked_pairs=robot.unchecked_pairs,
+        links_without_body=robot.links_without_body,
     )
 
 

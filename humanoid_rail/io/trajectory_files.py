@@ -19,6 +19,7 @@ from humanoid_rail.io.files import write_files
 from humanoid_rail.io.tables import csv_bytes, npz_bytes
 from humanoid_rail.kinematics.joint_limits import Violation
 from humanoid_rail.kinematics.path_metric import PathQuality
+from humanoid_rail.model.pairs import UncheckedPair
 from humanoid_rail.planning.methods import METHODS
 from humanoid_rail.planning.options import PlanningMethod
 from humanoid_rail.result import Motion, Peak, Provenance, Retiming, Samples, Search, Status, Timing, Verdict
@@ -120,7 +121,9 @@ def _certificate(certificate: Mapping[str, Any] | None) -> Certificate | None:
     contact = certificate["contact"]
     if contact is not None:
         contact = Contact(**{**contact, "point": tuple(contact["point"])})
-    return Certificate(**{**certificate, "contact": contact})
+    pairs = tuple(UncheckedPair(**pair) for pair in certificate["unchecked_pairs"])
+    bare = tuple(certificate["links_without_body"])
+    return Certificate(**{**certificate, "contact": contact, "unchecked_pairs": pairs, "links_without_body": bare})
 
 
 def _provenance(summary: Mapping[str, Any]) -> Provenance:

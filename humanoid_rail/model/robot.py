@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import combinations
 from xml.etree import ElementTree
 
 import coal
@@ -15,6 +14,8 @@ from numpy.typing import ArrayLike
 
 from humanoid_rail._arrays import Array, FrozenArrays, frozen
 from humanoid_rail.errors import MISSING, InvalidInput
+from humanoid_rail.model.followers import folded_limits
+from humanoid_rail.model.pairs import UncheckedPair, choose_pairs, links_without_body, unchecked_pairs
 
 _ACCELERATION = "{http://drake.mit.edu}acceleration"
 """URDF has no acceleration limit; this attribute of `<limit>` is Drake's."""
@@ -38,6 +39,9 @@ class Hand:
 class Robot(FrozenArrays):
     """A robot whose joints follow its actuated ones linearly: q_full = S q + s0.
 
+    The limits are those of `<limit>` in the URDF. A passive joint has limits of its own: where they are narrower than
+    what its leader makes of them, the leader's limits are narrower here than in the URDF, so that both are kept.
+
     The passive joints are ordinary joints of the Pinocchio model, moved by the coupling, because Pinocchio's own mimic
     joints support neither kinematic Hessians nor pickling. n is the number of actuated joints.
     """
@@ -48,7 +52,8 @@ class Robot(FrozenArrays):
     model: pin.Model
     """All joints, passive ones free."""
     collision_model: pin.GeometryModel
-    """The collision bodies ("links" in what follows), in the parents' order."""
+    """The collision bodies ("links"), in the parents' order, and after them far parts of neighbours that
+    can meet away from their joint (:mod:`humanoid_rail.model.pairs`)."""
     coupling: Array
     """S (model.nv, n)."""
     offset: Array
@@ -56,9 +61,9 @@ class Robot(FrozenArrays):
     joint_names: tuple[str, ...]
     """Actuated joints in Pinocchio's order."""
     lower: Array
-    """Position limits (n,), m or rad."""
+    """Lower position limits (n,), m or rad, within which passive joints keep theirs."""
     upper: Array
-    """Position limits (n,), m or rad."""
+    """Upper position limits (n,), m or rad, within which passive joints keep theirs."""
     velocity_limit: Array
     """(n,), m/s or rad/s."""
     acceleration_limit: Array
@@ -68,6 +73,8 @@ class Robot(FrozenArrays):
     """Configuration (n,) where motions start unless a scene says otherwise."""
     self_collision_pairs: tuple[tuple[int, int], ...]
     """Pairs of collision bodies that may collide, by index in collision_model."""
+    left_out: tuple[UncheckedPair, ...] = ()
+    """Pairs that were left out of these when the robot was loaded, each with the reason."""
 
     def __repr__(self) -> str:
         return f"Robot({self.name!r}, {self.n} actuated joints, {self.collision_model.ngeoms} collision bodies)"
@@ -81,6 +88,16 @@ class Robot(FrozenArrays):
     def link_names(self) -> tuple[str, ...]:
         """Names of the URDF links that have a collision body."""
         return tuple(self.model.frames[body.parentFrame].name for body in self.collision_model.geometryObjects)
+
+    @cached_property
+    def unchecked_pairs(self) -> tuple[UncheckedPair, ...]:
+        """Pairs of links whose bodies are not checked against each other, or only in part, each with the reason."""
+        return tuple(unchecked_pairs(self.link_names, self.self_collision_pairs, self.left_out))
+
+    @cached_property
+    def links_without_body(self) -> tuple[str, ...]:
+        """Links that are visible or have a mass, and no collision body: nothing is known of what they touch."""
+        return links_without_body(self.urdf, self.link_names)
 
     @cached_property
     def speed_units(self) -> Array:
@@ -140,7 +157,8 @@ def robot_from_urdf(urdf: str, srdf: str | None, hands: Sequence[Hand], initial:
     Raises:
         InvalidInput: If the text is no URDF, a joint has no Euclidean configuration (continuous, floating), a hand
             names a frame or a joint that the URDF does not have, arms overlap or have fewer than three joints, there
-            are no collision bodies or one is a mesh, the SRDF is none, or `initial` has the wrong size.
+            are no collision bodies or one is a mesh, the SRDF is none, a passive joint cannot keep its limits wherever
+            its leader is, or `initial` has the wrong size.
     """
     try:
         tree = ElementTree.fromstring(urdf)  # first, as Pinocchio prints what is wrong with XML
@@ -158,12 +176,12 @@ def robot_from_urdf(urdf: str, srdf: str | None, hands: Sequence[Hand], initial:
     collision_model = _collision_model(model, urdf)
     _check_hands(model, joint_names, hands)
 
-    actuated = [model.joints[model.getJointId(name)].idx_q for name in joint_names]
-    lower, upper = model.lowerPositionLimit[actuated], model.upperPositionLimit[actuated]
-    start = (lower + upper) / 2 if initial is None else np.array(initial, float)
+    accelerations = [_acceleration_limit(joints[name]) for name in list(model.names)[1:]]
+    limits = folded_limits(model, joint_names, coupling, offset, np.array(accelerations))
+    start = (limits.lower + limits.upper) / 2 if initial is None else np.array(initial, float)
     if start.shape != (len(joint_names),) or not np.isfinite(start).all():
         raise InvalidInput("initial", initial, f"a finite number for each of the {len(joint_names)} actuated joints")
-    accelerations = [joints[name].find("limit") for name in joint_names]
+    pairs = choose_pairs(model, collision_model, srdf, coupling @ start + offset)
     return Robot(
         name=model.name,
         urdf=urdf,
@@ -172,16 +190,21 @@ def robot_from_urdf(urdf: str, srdf: str | None, hands: Sequence[Hand], initial:
         coupling=frozen(coupling),
         offset=frozen(offset),
         joint_names=joint_names,
-        lower=frozen(lower),
-        upper=frozen(upper),
-        velocity_limit=frozen(model.velocityLimit[actuated]),
-        acceleration_limit=frozen(
-            [float(a.get(_ACCELERATION, "inf")) if a is not None else np.inf for a in accelerations]
-        ),
+        lower=frozen(limits.lower),
+        upper=frozen(limits.upper),
+        velocity_limit=frozen(limits.velocity),
+        acceleration_limit=frozen(limits.acceleration),
         hands=tuple(hands),
         initial=frozen(start),
-        self_collision_pairs=_self_collision_pairs(model, collision_model, srdf),
+        self_collision_pairs=pairs.checked,
+        left_out=pairs.left_out,
     )
+
+
+def _acceleration_limit(joint: ElementTree.Element) -> float:
+    """Return the acceleration limit of a joint, m/s^2 or rad/s^2; infinite if it has none."""
+    limit = joint.find("limit")
+    return np.inf if limit is None else float(limit.get(_ACCELERATION, "inf"))
 
 
 def _linear_coupling(
@@ -217,24 +240,6 @@ def _collision_model(model: pin.Model, urdf: str) -> pin.GeometryModel:
             kind = type(body.geometry).__name__
             raise InvalidInput(f"collision body {body.name}", kind, "a primitive shape, no mesh")
     return collision_model
-
-
-def _self_collision_pairs(
-    model: pin.Model, collision_model: pin.GeometryModel, srdf: str | None
-) -> tuple[tuple[int, int], ...]:
-    """Return all pairs of collision bodies of different links but those an SRDF disables."""
-    try:
-        pairs = ElementTree.fromstring(srdf).findall("disable_collisions") if srdf else []
-        disabled = {frozenset((pair.attrib["link1"], pair.attrib["link2"])) for pair in pairs}
-    except (ElementTree.ParseError, KeyError) as error:
-        raise InvalidInput("srdf", srdf, f"SRDF whose disable_collisions have link1 and link2 ({error})") from error
-    for link in frozenset().union(*disabled):
-        if not model.existFrame(link):
-            raise InvalidInput("srdf.disable_collisions", link, "a link of the URDF")
-    links = [model.frames[body.parentFrame].name for body in collision_model.geometryObjects]
-    return tuple(
-        (i, j) for (i, a), (j, b) in combinations(enumerate(links), 2) if a != b and frozenset((a, b)) not in disabled
-    )
 
 
 def _check_hands(model: pin.Model, joint_names: Sequence[str], hands: Sequence[Hand]) -> None:

@@ -37,6 +37,7 @@ from humanoid_rail.result import Search, Status
 from humanoid_rail.scene.obstacles import at_rest
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.search.auto import Budget, as_far_as_qp, find_path, follow
+from humanoid_rail.search.exact_end import led_on
 from humanoid_rail.search.reachability import followed, followed_gains, turning
 
 LARGEST_SEED = 2**31 - 1
@@ -130,7 +131,7 @@ class Auto(SafeOptions):
     max_edge_checks: int = 150_000
     """The most edges that each segment's search may check. What is found depends on this number, never on time."""
     max_planning_time: float = np.inf
-    """Planning is cut off after this time, s; then the status is `planning_timeout`."""
+    """Planning all segments together is cut off after this time, s; then the status is `planning_timeout`."""
     seed: int = 0
     """Seed of the random numbers, from 0 to 2^31 - 1. The same seed gives the same plan, bit for bit."""
 
@@ -155,7 +156,7 @@ class Auto(SafeOptions):
     def plan(self, problem: Problem, number: int = 0, spent: float = 0.0, moved: float = 0.0) -> Planned:
         """Look for a path and follow it; see :meth:`PlanningMethod.plan`."""
         started, left = time.perf_counter(), max(self.max_planning_time - spent, 0.0)
-        settings = self._settings(moved, max_planning_time=left)
+        settings = self._settings(moved, max_planning_time=left, max_planning_time_of_all=self.max_planning_time)
         tasks, gains = followed(problem.tasks), followed_gains(self.gains, problem.tasks)
         if not at_rest(problem.obstacles):
             if len(tasks) < len(problem.tasks):
@@ -176,7 +177,9 @@ class Auto(SafeOptions):
         # What is left of the time, which is little where that is why there is no path.
         rest = replace(settings, max_planning_time=max(left - (time.perf_counter() - started), 0.0))
         motion = as_far_as_qp(found, rollout(problem.native, problem.q, tasks, gains, self.safety, rest))
-        if motion.status is Status.REACHED and len(tasks) < len(problem.tasks):
+        if len(tasks) == len(problem.tasks):
+            motion = led_on(problem, motion, self.safety_distance, settings)
+        elif motion.status is Status.REACHED:
             # It turns no hand.
             motion = replace(motion, status=found.status, reason=f"{found.reason}; qp reaches the points alone")
         return Planned(motion, found_by(SafeVelocity.name, motion), search)

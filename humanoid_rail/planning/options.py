@@ -11,7 +11,7 @@ import numpy as np
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.collision.certifier import least_distance
-from humanoid_rail.errors import InvalidInput, checked_number
+from humanoid_rail.errors import InvalidInput, checked_number, told_apart
 from humanoid_rail.kinematics.state import KinematicsModel
 from humanoid_rail.problem import Problem
 from humanoid_rail.resolution.integrate import Integration, Settings
@@ -105,7 +105,8 @@ class Options:
     """Further secondary objectives: functions from a :class:`State` to a velocity (n,) in m/s and rad/s, which eq. 4.8
     adds to its own. See docs/objective.md."""
     tolerance: float = 0.01
-    """The motion ends where the norm of e, all rows of all tasks together, falls to this, m."""
+    """The motion ends where the norm of e, all rows of all tasks together, falls to this, m. `auto` goes on to the
+    exact targets where that is possible."""
     dt: float = 0.01
     """Time between samples, s."""
     max_time: float = 60.0
@@ -121,7 +122,7 @@ class Options:
         for name in ("tolerance", "dt", "max_time"):
             object.__setattr__(self, name, checked_number(name, getattr(self, name), above=0.0))
         if self.max_time / self.dt > MAX_SAMPLES:
-            least = f"{self.max_time / MAX_SAMPLES:g} s with max_time = {self.max_time:g} s"
+            least = f"{told_apart(self.max_time / MAX_SAMPLES, self.dt)} s with max_time = {self.max_time:g} s"
             raise InvalidInput("dt", self.dt, f"at least {least}, for at most {MAX_SAMPLES} samples")
         if not isinstance(self.far_clearances, bool):
             raise InvalidInput("far_clearances", self.far_clearances, "True or False")
@@ -164,7 +165,8 @@ class Options:
 
     def _settings(self, moved: float = 0.0, **more: float) -> Settings:
         given = {"rtol": 1.0, "atol": 1.0, **more}
-        return Settings(tolerance=self.tolerance, dt=self.dt, max_time=self.max_time - moved, **given)
+        left = self.max_time - moved
+        return Settings(tolerance=self.tolerance, dt=self.dt, max_time=left, max_time_of_all=self.max_time, **given)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,10 +14,12 @@ from humanoid_rail.errors import InvalidInput, check_kind
 from humanoid_rail.kinematics.joint_limits import limit_violations, sampled
 from humanoid_rail.kinematics.state import KinematicsModel
 from humanoid_rail.kinematics.task import count_rows
+from humanoid_rail.model.position_limits import within_position_limits
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.methods import as_method
 from humanoid_rail.planning.options import PlanningMethod
 from humanoid_rail.planning.segments import Segments, joined, plan_segments, segment_problem
+from humanoid_rail.planning.size import check_size, size_hint
 from humanoid_rail.problem import Problem
 from humanoid_rail.result import Motion, Provenance, Samples, Status, Verdict
 from humanoid_rail.scene.obstacles import name_of
@@ -58,7 +60,8 @@ def plan(robot: Robot, scene: Scene, method: PlanningMethod | str = "auto") -> T
     chosen.gains.diagonal(3 * len(robot.hands))
     check_scene(robot, scene)
     chosen.check(scene)
-    start = np.array(robot.initial if scene.initial is None else scene.initial, float)
+    check_size(robot, chosen)
+    start = within_position_limits(robot, robot.initial if scene.initial is None else scene.initial, "initial")
     first = segment_problem(robot, scene, 0, start)
     # The motion is judged with all hands, also those that have no target.
     kinematics = chosen.kinematics(first if first.robot is robot else Problem(robot, scene, first.tasks, start))
@@ -85,6 +88,7 @@ def solve(problem: Problem, method: PlanningMethod | str = "auto") -> Trajectory
     check_kind("problem", problem, Problem)
     chosen = as_method(method)
     chosen.gains.diagonal(count_rows(problem.tasks))
+    check_size(problem.robot, chosen)
     kinematics = chosen.kinematics(problem)
     _check_start("start", kinematics, problem.scene, problem.q, chosen)
     segments = joined(problem.robot, [chosen.plan(problem)], 1)
@@ -101,6 +105,8 @@ def _result(
     certificate = None if why_no_engine() else certify(robot, scene.obstacles, motion.t, motion.q)
     certified = time.perf_counter()
     status, reason = judged(certificate, method.kept_distance, motion.status, motion.reason)
+    if status is not Status.REACHED:
+        reason += _held(robot) + size_hint(robot, method, status)
     verdict = Verdict(
         status=status,
         reason=reason,
@@ -154,6 +160,15 @@ def judged(
     if nearest is not None and nearest < kept_distance - bound_resolution() - least_distance():
         reason += f"; the safety distance of {kept_distance:g} m could not be kept everywhere"
     return status, reason
+
+
+def _held(robot: Robot) -> str:
+    """Say which joints a velocity limit of 0 keeps where they are; nothing if there are none."""
+    passive = [name for name in list(robot.model.names)[1:] if name not in robot.joint_names]
+    limits = [robot.model.velocityLimit[robot.model.joints[robot.model.getJointId(name)].idx_v] for name in passive]
+    named = [*zip(robot.joint_names, robot.velocity_limit, strict=True), *zip(passive, limits, strict=True)]
+    held = [name for name, limit in named if limit == 0.0]
+    return f"; these joints have a velocity limit of 0 and stay where they are: {', '.join(held)}" if held else ""
 
 
 def _check_start(field: str, kinematics: KinematicsModel, scene: Scene, start: Array, method: PlanningMethod) -> None:

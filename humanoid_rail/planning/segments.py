@@ -46,7 +46,7 @@ def plan_segments(first: Problem, robot: Robot, scene: Scene, method: PlanningMe
     planned, begun, start = list[Planned](), 0.0, first.q
     for number in range(count):
         if begun >= method.max_time:
-            reason = f"the longest motion allowed, {method.max_time:g} s, is over"
+            reason = f"the longest motion allowed, max_time = {method.max_time:g} s, is over"
             planned.append(Planned(_standstill(start, Status.TIME_LIMIT, reason), ""))
             break
         problem = first if number == 0 else segment_problem(robot, scene, number, start, begun)
@@ -66,7 +66,7 @@ def segment_problem(robot: Robot, scene: Scene, number: int, start: Array, begun
     there = scene
     if begun > 0 and any(any(obstacle.velocity) for obstacle in scene.obstacles):
         there = scene.model_copy(update={"obstacles": tuple(moved(obstacle, begun) for obstacle in scene.obstacles)})
-    return Problem(hands, there, tasks_of(hands, step), np.clip(start, robot.lower, robot.upper))
+    return Problem(hands, there, tasks_of(hands, step), start)
 
 
 def _for_its_hands(method: PlanningMethod, robot: Robot, problem: Problem) -> PlanningMethod:

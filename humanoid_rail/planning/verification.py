@@ -10,7 +10,7 @@ from humanoid_rail._arrays import Array
 from humanoid_rail.collision.certificate import Certificate
 from humanoid_rail.collision.certifier import certify
 from humanoid_rail.collision.spline_certifier import certify_spline
-from humanoid_rail.errors import InvalidInput, check_kind
+from humanoid_rail.errors import InvalidInput, check_kind, told_apart
 from humanoid_rail.kinematics.kinematics import Kinematics
 from humanoid_rail.model.robot import Robot, check_joint_names
 from humanoid_rail.scene.obstacles import FARTHEST
@@ -103,7 +103,8 @@ def _check_numbers(t: Array, q: Array, velocity: Array | None) -> None:
             raise InvalidInput(f"trajectory.{name}", float(values[~(size <= FARTHEST)][0]), valid)
     if (t[1:] <= t[:-1]).any():
         k = int(np.flatnonzero(t[1:] <= t[:-1])[0]) + 1
-        raise InvalidInput(f"trajectory.t[{k}]", float(t[k]), f"a time after {t[k - 1]:g}, that of the sample before")
+        before = told_apart(float(t[k - 1]), float(t[k]))
+        raise InvalidInput(f"trajectory.t[{k}]", float(t[k]), f"a time after {before}, that of the sample before")
 
 
 def check_robot(robot: Robot, trajectory: Trajectory) -> None:

@@ -46,6 +46,20 @@ class Settings:
     """Absolute tolerance of the integrator, m and rad."""
     max_planning_time: float = np.inf
     """How long a rollout of the safe velocity may take before it is cut off, s."""
+    max_time_of_all: float | None = None
+    """Longest motion of all segments together, s; `max_time` if there is one segment."""
+    max_planning_time_of_all: float | None = None
+    """How long planning all segments may take, s; `max_planning_time` if there is one segment."""
+
+    @property
+    def time_option(self) -> str:
+        """The option that limits the time of the motion, with its value."""
+        return f"max_time = {self.max_time_of_all or self.max_time:g} s"
+
+    @property
+    def planning_time_option(self) -> str:
+        """The option that limits the time of planning, with its value."""
+        return f"max_planning_time = {self.max_planning_time_of_all or self.max_planning_time:g} s"
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,11 +179,11 @@ def explain(status: Status, end: float, left: float, evaluations: int, settings:
     where = f"|e| is {left:.4g} m at t = {end:.4g} s"
     match status:
         case Status.REACHED if evaluations == 0:
-            return f"the hands start within {settings.tolerance:g} m of their targets"
+            return f"the hands start within tolerance = {settings.tolerance:g} m of their targets"
         case Status.REACHED:
-            return f"|e| fell to {settings.tolerance:g} m after {end:.4f} s"
+            return f"|e| fell to tolerance = {settings.tolerance:g} m after {end:.4f} s"
         case Status.TIME_LIMIT:
-            return f"|e| is {left:.4g} m after the longest motion allowed, {settings.max_time:g} s"
+            return f"|e| is {left:.4g} m after the longest motion allowed, {settings.time_option}"
         case Status.SINGULAR:
             return (
                 f"{where}: an arm is stretched to a singularity that keeps its hand from the target, "

@@ -73,7 +73,7 @@ def explain_rollout(
         case Status.STALLED:
             return f"{where}: no velocity that keeps clear and within the limits brings the hands nearer"
         case Status.PLANNING_TIMEOUT:
-            return f"{where}, where planning was cut off by max_planning_time"
+            return f"{where}, where planning was cut off by {settings.planning_time_option}"
         case Status.OVERRUN if contact is not None:
             return f"{where}, and even standing still {contact}"
         case Status.OVERRUN:

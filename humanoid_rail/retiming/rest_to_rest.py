@@ -71,9 +71,6 @@ def _profiles(path: BSpline, limits: Limits) -> Iterator[Progress]:
     Without jerk limits there is one, the fastest within limits of velocity and acceleration. With them there are
     several, and none need be the fastest of all: ruckig's, whose jerk is bounded, and toppra's, averaged over a while
     so that accelerations do not jump. These may still exceed limits of jerk, until they are slowed down.
-
-    Raises:
-        RuntimeError: As :func:`fastest_profile` does.
     """
     free = fastest_profile(path, limits._replace(jerk=np.full_like(limits.jerk, np.inf)))
     yield averaged(free, 0.0)
@@ -104,7 +101,7 @@ def _within_limits(
 ) -> Array | None:
     """Return control points at which the path is followed, slowed down as far as limits and the cut ask for.
 
-    None if there would be more than `most`.
+    None if there would be more than `most`, or if it is still beyond them after many attempts.
     """
     slower = 1.0
     for attempt in range(SLOWDOWNS):
@@ -118,7 +115,7 @@ def _within_limits(
             return control
         # Other moments are sampled then, so that a little more may be needed.
         slower *= excess * (1.0 + SLOWDOWN * (2**attempt - 1))
-    raise RuntimeError(f"a motion slowed down {SLOWDOWNS} times is still beyond its limits")
+    return None
 
 
 def _sampled(path: BSpline, progress: Progress, slower: float, dt: float) -> Array:

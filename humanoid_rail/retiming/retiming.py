@@ -23,7 +23,7 @@ from humanoid_rail._arrays import Array, frozen
 from humanoid_rail.collision.certificate import Certificate
 from humanoid_rail.collision.certifier import bound_resolution
 from humanoid_rail.collision.spline_certifier import certify_spline
-from humanoid_rail.errors import InvalidInput, check_kind, checked_number
+from humanoid_rail.errors import InvalidInput, check_kind, checked_number, told_apart
 from humanoid_rail.kinematics.joint_limits import JointMotion, limit_violations
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.path_metric import STANDSTILL, path_length, path_quality
@@ -174,7 +174,7 @@ def _judged(
         return status, trajectory.reason if reason.removeprefix(trajectory.reason) in trajectory.reason else reason
     status, reason = judged(certificate, kept, Status.REACHED, arrival(arrivals))
     if status is Status.REACHED and end > longest:
-        return Status.TIME_LIMIT, f"{reason}, but no motion may take longer than {longest:g} s"
+        return Status.TIME_LIMIT, f"{reason}, longer than max_time = {told_apart(longest, end)} s"
     return status, reason
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from humanoid_rail._arrays import Array
+from humanoid_rail.retiming.cautious_profile import cautious_speed
 
 GRID_POINTS = (4, 6, 3)
 """Each piece of a path has this many grid points; the later numbers are used where toppra finds nothing before."""
@@ -62,17 +63,26 @@ def fastest_profile(path: BSpline, limits: Limits) -> Profile:
         path: q(s) (n,), m and rad, three times differentiable but for its knots.
         limits: Of velocity and acceleration, finite for the joints that move, and of jerk.
 
-    Raises:
-        RuntimeError: If none is found, which does not happen unless numbers are out of all proportion.
+    Where toppra finds none, as where limits are out of all proportion to each other, it is the cautious one of
+    :mod:`humanoid_rail.retiming.cautious_profile`, which is a little slower.
     """
     knots = np.unique(path.t)
     for pieces in GRID_POINTS:
         grid = np.append((knots[:-1, None] + np.diff(knots)[:, None] * np.arange(pieces) / pieces).ravel(), knots[-1])
         speed = _speed(path, grid, limits)
         if speed is not None:
-            arrival = np.concatenate([[0.0], np.cumsum(2.0 * np.diff(grid) / (speed[1:] + speed[:-1]))])
-            return Profile(grid, speed, np.diff(speed**2) / (2.0 * np.diff(grid)), arrival)
-    raise RuntimeError("toppra found no speed at which the path can be followed")
+            return _profile(grid, speed)
+    # Fine enough that in between nothing differs much.
+    grid = np.unique(np.concatenate([grid, (grid[1:] + grid[:-1]) / 2.0]))
+    # What does not move may have a limit of 0.
+    moves = np.ptp(path(grid), axis=0) > 0
+    velocity, acceleration, jerk = (np.where(moves, limit, np.inf) for limit in limits)
+    return _profile(grid, cautious_speed(path, grid, velocity, acceleration, TURNING_SHARE * jerk))
+
+
+def _profile(grid: Array, speed: Array) -> Profile:
+    arrival = np.concatenate([[0.0], np.cumsum(2.0 * np.diff(grid) / (speed[1:] + speed[:-1]))])
+    return Profile(grid, speed, np.diff(speed**2) / (2.0 * np.diff(grid)), arrival)
 
 
 def averaged(profile: Profile, window: float) -> Progress:

@@ -12,6 +12,7 @@ from pydantic import BeforeValidator, Field, ValidationError
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.errors import MISSING, InvalidInput
+from humanoid_rail.model.position_limits import within_position_limits
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import Number, Obstacle, plain
 from humanoid_rail.scene.targets import Step, Targets, position
@@ -104,10 +105,7 @@ def check_scene(robot: Robot, scene: Scene) -> None:
     if len(initial) != robot.n:
         valid = f"{robot.n} numbers, for {_list(robot.joint_names)}; there are {len(initial)}"
         raise InvalidInput("initial", list(initial), valid)
-    for i, value in enumerate(initial):
-        if not robot.lower[i] <= value <= robot.upper[i]:
-            valid = f"a position within the limits {robot.lower[i]:.6g} to {robot.upper[i]:.6g}"
-            raise InvalidInput(f"initial[{i}] ({robot.joint_names[i]})", value, valid)
+    within_position_limits(robot, initial, "initial")
 
 
 def field_of_step(scene: Scene, number: int) -> str:

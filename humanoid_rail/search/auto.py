@@ -24,16 +24,18 @@ import numpy as np
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.collision.edge_checker import EdgeChecker
+from humanoid_rail.errors import told_apart
 from humanoid_rail.kinematics.inverse_kinematics import InverseKinematics
 from humanoid_rail.kinematics.joint_limits import sampled
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
-from humanoid_rail.kinematics.task import count_rows, stack_error
+from humanoid_rail.kinematics.task import count_rows
 from humanoid_rail.problem import Problem
 from humanoid_rail.resolution.integrate import Integration, Settings
 from humanoid_rail.resolution.qp import Safety
 from humanoid_rail.resolution.rollout import rollout
 from humanoid_rail.resolution.velocity import Gains, penalty
 from humanoid_rail.result import Status
+from humanoid_rail.search.exact_end import EXACT, error_at, error_left
 from humanoid_rail.search.goal_sampler import seeds
 from humanoid_rail.search.path_search import QP, PathSearch
 from humanoid_rail.search.reachability import TimedOut, blocked_target, followed, out_of_reach
@@ -126,9 +128,10 @@ def find_path(
         random=budget.random,
         max_edge_checks=budget.max_edge_checks,
         deadline=deadline,
+        time_option=settings.planning_time_option,
     )
     if arrived:
-        search.consider(QP, search.completed(motion.q[first:]))
+        search.arrive(QP, motion.q[first:])
     search.choose_goals(lambda q: _objective(kinematics, gains, q))
     search.go_straight()
     search.sample()
@@ -136,11 +139,10 @@ def find_path(
     if search.best is None:
         return result
     path, checker = _smoothed(problem, search, motion.q[:first], least)
-    left = float(np.linalg.norm(stack_error(kinematics.state(path[-1]), followed(problem.tasks))))
     return replace(
         result,
         status=Status.REACHED,
-        reason=f"|e| is {left:.2g} m",
+        reason=error_left(problem, path[-1], settings.tolerance),
         path=path,
         checker=checker,
         found_by=search.found_by,
@@ -156,7 +158,8 @@ def follow(problem: Problem, found: PathResult, settings: Settings) -> Integrati
     )
     if t[-1] > settings.max_time:
         status = Status.TIME_LIMIT
-        reason = f"the path that was found takes {t[-1]:.4g} s, longer than {settings.max_time:g} s"
+        taken = told_apart(float(t[-1]), settings.max_time, 4)
+        reason = f"the path that was found takes {taken} s, longer than what {settings.time_option} leaves"
         t, q = t[t <= settings.max_time], q[t <= settings.max_time]
     else:
         reason += f" at t = {t[-1]:.4g} s"
@@ -194,7 +197,7 @@ def _follow_safely(
     wider = replace(safety, safety_distance=safety.safety_distance + 2 * SPARE)
     motion = rollout(problem.native, problem.q, tasks, gains, wider, coarse)
     if _has_arrived(problem, motion):
-        stays = len(motion.q) == 1
+        stays = len(motion.q) == 1 and error_at(problem, motion.q[-1]) <= EXACT
         found = PathResult(Status.REACHED, motion.reason, motion.evaluations, motion.q, found_by=QP)
         return motion, found if stays else None
     # Nearer to things, it may still get there: then its motion is the plan, as it is.
@@ -216,7 +219,8 @@ def _unreachable(
     try:
         fault = out_of_reach(robot, tasks, problem.q, budget.random, settings.tolerance, deadline)
     except TimedOut:
-        return Status.PLANNING_TIMEOUT, "planning was cut off by max_planning_time before the reach was known"
+        why = f"planning was cut off by {settings.planning_time_option} before the reach was known"
+        return Status.PLANNING_TIMEOUT, why
     return None if fault is None else (Status.TARGET_OUT_OF_REACH, fault)
 
 

@@ -78,6 +78,8 @@ class PathSearch:
     """The budget that decides when there is no path."""
     deadline: float
     """When planning is cut off, on the clock of `time.perf_counter`, s."""
+    time_option: str
+    """The option that cuts planning off, with its value."""
     goals: list[Array] = field(default_factory=list)
     """The goals nearest to the start."""
     tried: int = 0
@@ -86,6 +88,8 @@ class PathSearch:
     """The number of goals in all."""
     best: Array | None = None
     found_by: str = ""
+    inexact: tuple[str, Array] | None = None
+    """What found a path that ends near its targets, and this path; it counts where there is no path to a goal."""
     raw: Array | None = None
     checks: int = 0
     searches: int = 0
@@ -105,11 +109,16 @@ class PathSearch:
         if self.best is None or self._length(path) < self._length(self.best):
             self.best, self.found_by = path, found_by
 
-    def completed(self, path: Array) -> Array:
-        """Return a path that ends within the tolerance of its targets, continued to a goal if that edge is valid."""
+    def arrive(self, found_by: str, path: Array) -> None:
+        """Keep a path that ends within the tolerance of its targets, continued to a goal where that edge is valid.
+
+        Where it is not, other paths to goals are looked for first, but not for long.
+        """
         posture = self.solve(path[-1])
-        exact = posture.reached and self.checker.is_edge_valid(path[-1], posture.q)
-        return np.vstack([path, posture.q]) if exact else path
+        if posture.reached and self.checker.is_edge_valid(path[-1], posture.q):
+            self.consider(found_by, np.vstack([path, posture.q]))
+        else:
+            self.inexact = found_by, path
 
     def find_goals(self, count: int, most: int) -> list[Array]:
         """Return goals that are found from `count` starts, or from up to `most` as long as there are few."""
@@ -126,7 +135,7 @@ class PathSearch:
     def choose_goals(self, objective: Callable[[Array], float]) -> None:
         """Of the goals nearest to the start, keep the first, and those of the others whose objective is largest."""
         found = self.find_goals(SEEDS, MORE_SEEDS)
-        if not found and self.best is None:
+        if not found and self.best is None and self.inexact is None:
             found = self.find_goals(0, MAX_SEEDS)
         nearest = sorted(found, key=self._from_start)[:NEAREST]
         kept = [*nearest[:1], *sorted(nearest[1:], key=objective, reverse=True)[: GOALS - 1]]
@@ -146,11 +155,27 @@ class PathSearch:
 
     def sample(self) -> None:
         """Look for paths by sampling until there is one, and for shorter ones while that may pay."""
-        margin, most, effort = FIRST_MARGIN, float(FIRST_CHECKS), float(EFFORT_AFTER_QP)
+        spent = 0
+        if self.best is None and self.inexact is not None:
+            self._sample(min(LEAST_EFFORT, self.max_edge_checks), 0)
+            if self.best is not None:
+                return
+            self.consider(*self.inexact)
+            self.goals, spent = [self.inexact[1][-1]], self.checks
+        self._sample(self.max_edge_checks, spent + EFFORT_AFTER_QP)
+
+    def _sample(self, budget: float, effort: float) -> None:
+        """Look for paths until there is one or so many edges are checked, and then for shorter ones.
+
+        Args:
+            budget: The most edges to check, with those before.
+            effort: The most edges to check for a shorter path than the one there is, with those before.
+        """
+        margin, most = FIRST_MARGIN, float(FIRST_CHECKS)
         goals, others = self.goals, list[Array]()
         shortened = self.best is None or len(self.best) == 2
-        while self.goals and not self.is_timed_out() and self.checks < self.max_edge_checks:
-            left = float(self.max_edge_checks - self.checks)
+        while self.goals and not self.is_timed_out() and self.checks < budget:
+            left = budget - self.checks
             if self.best is not None:
                 left = min(left, effort - self.checks)
                 if self._length(self.best) <= GOOD * self._from_start(self.goals[0]) or left < FEW:
@@ -188,17 +213,19 @@ class PathSearch:
         """Say why there is no path."""
         if self.is_timed_out():
             what = "no path was found" if self.goals else "no configuration at the targets was found"
-            return f"{what} before planning was cut off by max_planning_time ({self._effort()})"
+            return f"{what} before planning was cut off by {self.time_option} ({self._effort()})"
         if not self.goals:
             what = f"no configuration at the targets that keeps {self.distance:.3g} m from everything"
-            return f"{what} was found by inverse kinematics from {self.tried} starts"
+            return (
+                f"{what} (safety_distance and a little more) was found by inverse kinematics from {self.tried} starts"
+            )
         return (
             f"no path to any of {self.known} configurations at the targets was found ({self._effort()}); the obstacles "
             "may leave none"
         )
 
     def _effort(self) -> str:
-        return f"{self.searches} searches, {self.checks} of at most {self.max_edge_checks} edges checked"
+        return f"{self.searches} searches, {self.checks} edges checked, max_edge_checks = {self.max_edge_checks}"
 
     def _sampler(self, goals: list[Array], margin: float) -> Sampler:
         # Imported here: OMPL takes longer than the whole package, and many scenes need none of it.

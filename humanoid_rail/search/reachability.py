@@ -16,6 +16,7 @@ import coal
 import numpy as np
 
 from humanoid_rail._arrays import Array
+from humanoid_rail.errors import told_apart
 from humanoid_rail.kinematics.inverse_kinematics import InverseKinematics
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.state import State
@@ -65,12 +66,13 @@ def blocked_target(
             for shape, placement in placed_shapes(obstacle):
                 clearance = coal.distance(ball, center, shape, placement, request, coal.DistanceResult())
                 if clearance < distance - tolerance:
-                    return f"the {name} hand at its target would {_near(clearance, name_of(obstacles, i))}"
+                    return f"the {name} hand at its target would {_near(clearance, name_of(obstacles, i), distance)}"
     for one, other in combinations(balls, 2):
         gap = float(np.linalg.norm(targets[one] - targets[other]))
         clearance = gap - balls[one] - balls[other]
         if clearance < distance - 2 * tolerance and _are_checked(robot, one, other):
-            return f"with both at their targets, the {one} hand would {_near(clearance, f'the {other} hand')}"
+            near = _near(clearance, f"the {other} hand", distance)
+            return f"with both at their targets, the {one} hand would {near}"
     return None
 
 
@@ -251,7 +253,8 @@ def _are_checked(robot: Robot, one: str, other: str) -> bool:
     return frozenset((joints[one], joints[other])) in checked
 
 
-def _near(clearance: float, what: str) -> str:
+def _near(clearance: float, what: str, distance: float) -> str:
     if clearance < 0:
         return f"be {-clearance:.3g} m inside {what}"
-    return f"be {clearance:.3g} m from {what}, nearer than the safety distance"
+    near = told_apart(clearance, distance, 3)
+    return f"be {near} m from {what}, nearer than the safety distance, safety_distance = {distance:g} m"

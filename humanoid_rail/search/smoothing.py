@@ -96,9 +96,11 @@ def time_path(
     durations = np.maximum(
         np.max(abs(steps) / speed_units(robot), axis=1), dt * (shares[:-1] + shares[1:]) / 2 / (MAX_TURN - PIECE_TURN)
     )
+    # The shortest path has two samples too.
+    durations *= max(1.0, SHORTEST * dt / durations.sum())
     for _ in range(SLOWDOWNS):
         arrival = np.concatenate([[0.0], np.cumsum(durations)])
-        t = np.append(dt * np.arange(int(np.ceil(arrival[-1] / dt - SHORTEST))), arrival[-1])
+        t = np.append(dt * np.arange(max(1, int(np.ceil(arrival[-1] / dt - SHORTEST)))), arrival[-1])
         q = np.column_stack([np.interp(t, arrival, column) for column in path.T])
         piece = np.clip(np.searchsorted(arrival, t, side="right") - 1, 0, len(steps) - 1)
         slower = set()

@@ -47,7 +47,7 @@ OTHER = """
   <joint name="flange" type="fixed"><parent link="l3"/><child link="tool"/><origin xyz="0 0 0.1" rpy="1 2 3"/></joint>
   <link name="tool">{inertial}<collision><geometry><sphere radius="0.02"/></geometry></collision></link>
   <joint name="finger" type="revolute"><parent link="tool"/><child link="f"/><origin xyz="0 0.05 0" rpy="0 1 0"/>
-    <axis xyz="0 1 1"/><limit lower="0" upper="0" velocity="1" effort="0"/>
+    <axis xyz="0 1 1"/><limit lower="-2" upper="2" velocity="1" effort="0"/>
     <mimic joint="j2" multiplier="0.5" offset="0.1"/></joint>
   <link name="f">{inertial}</link>
 </robot>

@@ -127,8 +127,8 @@ def test_contradictions_are_named(robot: Robot, scene: Scene, rows: np.ndarray, 
 def test_a_rate_is_kept_in_every_step(robot: Robot) -> None:
     """A step that would come too near is not slowed down, as that would break it: the motion ends, and says why."""
     hands = Kinematics(robot).hand_positions(robot.initial)
-    targets = dict(zip(robot.hand_names, map(tuple, (hands + [-1.0, 0.0, 0.5]).tolist()), strict=True))
-    wall = Box(center=tuple((hands[1] + [-0.3, 0.0, 0.2]).tolist()), size=(0.1, 2.0, 2.0))
+    targets = dict(zip(robot.hand_names, map(tuple, (hands + np.array([-1.0, 0.0, 0.5])).tolist()), strict=True))
+    wall = Box(center=tuple((hands[1] + np.array([-0.3, 0.0, 0.2])).tolist()), size=(0.1, 2.0, 2.0))
     scene = Scene(name="wall", targets=targets, obstacles=(wall,))
     method = SafeVelocity(dt=0.1, equalities=[lambda state: (np.eye(state.q.size)[[1]], [-0.05])])
     motion = humanoid_rail.plan(robot, scene, method)

@@ -145,13 +145,13 @@ def _add_contacts(document: Element, robot: Robot, scene: Scene) -> None:
     """Exclude the pairs of links that are not checked, and ask for those that MuJoCo leaves out by itself."""
     contact = find(document, "contact")
     bodies, links = robot.collision_model.geometryObjects, robot.link_names
-    checked = {frozenset((links[i], links[j])) for i, j in robot.self_collision_pairs}
+    excluded = [frozenset((pair.link, pair.other)) for pair in robot.unchecked_pairs]
     for a, b in combinations(dict.fromkeys(links), 2):
-        if frozenset((a, b)) not in checked:
+        if frozenset((a, b)) in excluded:
             SubElement(contact, "exclude", body1=a, body2=b)
-    # MuJoCo looks at no pair that cannot move relative to each other.
+    # MuJoCo looks at no pair that cannot move relative to each other, nor at parts of links that are excluded.
     for i, j in robot.self_collision_pairs:
-        if bodies[i].parentJoint == bodies[j].parentJoint:
+        if bodies[i].parentJoint == bodies[j].parentJoint or frozenset((links[i], links[j])) in excluded:
             SubElement(contact, "pair", geom1=bodies[i].name, geom2=bodies[j].name)
     obstacles = [name for i in range(len(scene.obstacles)) for name, _ in _pieces(scene.obstacles, i)]
     for body, name in product((body for body in bodies if body.parentJoint == 0), obstacles):

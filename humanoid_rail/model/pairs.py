@@ -1,0 +1,140 @@
+"""Which pairs of collision bodies are checked against each other, and what is left out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import combinations
+from xml.etree import ElementTree
+
+import pinocchio as pin
+
+from humanoid_rail._arrays import Array
+from humanoid_rail.errors import InvalidInput
+from humanoid_rail.model.far_parts import far_parts, may_meet, part_distance
+
+
+@dataclass(frozen=True)
+class UncheckedPair:
+    """Two links whose bodies are not checked against each other, or only in part."""
+
+    link: str
+    other: str
+    why: str
+    """Why, and what is known of them nevertheless."""
+
+    def __str__(self) -> str:
+        return f"{self.link} and {self.other}: {self.why}"
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """The pairs of a robot's collision bodies."""
+
+    checked: tuple[tuple[int, int], ...]
+    """By index in the collision model."""
+    left_out: tuple[UncheckedPair, ...]
+    """The others."""
+
+
+NO_JOINT = "no joint moves them relative to each other"
+"""This is said of bodies that nothing moves relative to each other."""
+DISABLED = "disabled by the SRDF"
+"""This is said of pairs that are left out because the SRDF says so."""
+NOT_AMONG = "not among the robot's self_collision_pairs"
+"""This is said of pairs of which nothing else is known."""
+
+
+def choose_pairs(model: pin.Model, collision_model: pin.GeometryModel, srdf: str | None, q: Array) -> Pairs:
+    """Return which pairs of bodies of different links are checked: all but those that an SRDF disables.
+
+    Of those that it disables, neighbours that can meet away from the joint between them are checked there: their far
+    parts are added to the collision model (:mod:`humanoid_rail.model.far_parts`).
+
+    Args:
+        model: All joints with their limits.
+        collision_model: The bodies. Far parts are added at its end.
+        srdf: SRDF text, if any.
+        q: Configuration (model.nq,) of all joints where the robot starts.
+
+    Raises:
+        InvalidInput: If the text is no SRDF, or names a link that the robot does not have.
+    """
+    disabled = _disabled(model, srdf)
+    # Copies: those in the model move in memory where it grows.
+    bodies = [body.copy() for body in collision_model.geometryObjects]
+    links = [model.frames[body.parentFrame].name for body in bodies]
+    checked, parts, left_out = list[tuple[int, int]](), list[tuple[int, int]](), list[UncheckedPair]()
+    for (i, a), (j, b) in combinations(enumerate(links), 2):
+        if a == b:  # bodies of one link are one body
+            continue
+        if frozenset((a, b)) not in disabled:
+            checked.append((i, j))
+            continue
+        added, why = _far_pair(model, bodies[i], bodies[j], q)
+        if added:
+            parts.append((collision_model.addGeometryObject(added[0]), collision_model.addGeometryObject(added[1])))
+        left_out.append(UncheckedPair(a, b, f"{DISABLED}; {why}"))
+    return Pairs((*checked, *parts), tuple(left_out))
+
+
+def _far_pair(
+    model: pin.Model, first: pin.GeometryObject, second: pin.GeometryObject, q: Array
+) -> tuple[tuple[pin.GeometryObject, pin.GeometryObject] | None, str]:
+    """Return the far parts of a pair that have to be checked, if any, and what is known of the pair."""
+    if first.parentJoint == second.parentJoint:
+        return None, NO_JOINT
+    parts = far_parts(model, first, second)
+    if parts is None:
+        return None, "not checked anywhere"
+    beyond = f"farther than {parts.distance:.4g} m from the joint between them"
+    if not may_meet(model, parts, q):
+        return None, f"within the limits they do not meet {beyond}"
+    if part_distance(model, model.createData(), parts, q) <= 0.0:
+        return None, f"not checked anywhere: where the robot starts they touch {beyond}"
+    return (parts.first, parts.second), f"checked only {beyond}"
+
+
+def _disabled(model: pin.Model, srdf: str | None) -> set[frozenset[str]]:
+    try:
+        pairs = ElementTree.fromstring(srdf).findall("disable_collisions") if srdf else []
+        disabled = {frozenset((pair.attrib["link1"], pair.attrib["link2"])) for pair in pairs}
+    except (ElementTree.ParseError, KeyError) as error:
+        raise InvalidInput("srdf", srdf, f"SRDF whose disable_collisions have link1 and link2 ({error})") from error
+    for link in frozenset().union(*disabled):
+        if not model.existFrame(link):
+            raise InvalidInput("srdf.disable_collisions", link, "a link of the URDF")
+    return disabled
+
+
+def unchecked_pairs(
+    links: tuple[str, ...], checked: tuple[tuple[int, int], ...], known: tuple[UncheckedPair, ...]
+) -> Iterator[UncheckedPair]:
+    """Yield the pairs of links that have bodies which are not checked against each other.
+
+    Args:
+        links: The link of each body.
+        checked: The pairs of bodies that are checked.
+        known: What is known of some pairs; nothing of others, where the pairs of a robot were replaced.
+    """
+    reasons = {frozenset((pair.link, pair.other)): pair.why for pair in known}
+    some = {frozenset((links[i], links[j])) for i, j in checked}
+    for a, b in combinations(dict.fromkeys(links), 2):
+        pair = frozenset((a, b))
+        if pair in reasons or pair not in some:
+            yield UncheckedPair(a, b, reasons.get(pair, NOT_AMONG))
+
+
+def links_without_body(urdf: str, links: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the links of a URDF that are visible or have a mass, and no collision body.
+
+    Args:
+        urdf: URDF text.
+        links: The links that have one.
+    """
+    found = ElementTree.fromstring(urdf).findall("link")
+    return tuple(
+        link.attrib["name"]
+        for link in found
+        if link.attrib["name"] not in links and (link.find("visual") is not None or link.find("inertial") is not None)
+    )

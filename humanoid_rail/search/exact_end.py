@@ -1,0 +1,58 @@
+"""How near to its targets a motion ends, and how one that ends within the tolerance is led on to them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from humanoid_rail._arrays import Array
+from humanoid_rail.collision.edge_checker import EdgeChecker
+from humanoid_rail.kinematics.inverse_kinematics import InverseKinematics
+from humanoid_rail.kinematics.joint_limits import sampled
+from humanoid_rail.kinematics.task import stack_error
+from humanoid_rail.problem import Problem
+from humanoid_rail.resolution.integrate import Integration, Settings
+from humanoid_rail.result import Status
+from humanoid_rail.search.reachability import followed
+from humanoid_rail.search.smoothing import time_path
+
+EXACT = 1e-6
+"""A motion that ends with an error of at most this ends exactly at its targets, m."""
+
+
+def error_at(problem: Problem, q: Array) -> float:
+    """Return the norm of the error of the tasks that a velocity follows, at a configuration (n,), m."""
+    return float(np.linalg.norm(stack_error(problem.native.state(q), followed(problem.tasks))))
+
+
+def error_left(problem: Problem, q: Array, tolerance: float) -> str:
+    """Say how near to its targets a motion ends, at a configuration (n,), with a tolerance in m."""
+    left = error_at(problem, q)
+    if left <= EXACT:
+        return f"|e| is {left:.2g} m"
+    return f"|e| is {left:.2g} m, within tolerance = {tolerance:g} m; no path to the exact targets was found"
+
+
+def led_on(problem: Problem, motion: Integration, distance: float, settings: Settings) -> Integration:
+    """Return a motion that ends within the tolerance, led on to the exact targets where a straight edge leads there.
+
+    Args:
+        problem: The robot, its tasks and the obstacles, which are at rest.
+        motion: What the safe velocity does.
+        distance: The distance that the edge keeps from everything, m.
+        settings: How far apart samples are, how long the motion may take, and the tolerance.
+    """
+    end = motion.q[-1]
+    if motion.status is not Status.REACHED or error_at(problem, end) <= EXACT:
+        return motion
+    goal = InverseKinematics(problem.robot, problem.obstacles).solve(end, problem.tasks, distance)
+    checker = EdgeChecker(problem.robot, problem.obstacles, distance)
+    if goal.reached and checker.is_edge_valid(end, goal.q):
+        t, q = time_path(problem.robot, np.array([end, goal.q]), settings.dt, checker.is_edge_valid)
+        t = np.concatenate([motion.t, motion.t[-1] + t[1:]])
+        if t[-1] <= settings.max_time:
+            q = np.vstack([motion.q, q[1:]])
+            reason = f"{error_left(problem, q[-1], settings.tolerance)} at t = {t[-1]:.4g} s"
+            return Integration(t, q, motion.status, reason, motion.evaluations, sampled(t, q))
+    return replace(motion, reason=f"{error_left(problem, end, settings.tolerance)}, at t = {motion.t[-1]:.4g} s")

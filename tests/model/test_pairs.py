@@ -1,0 +1,105 @@
+"""What is checked of neighbours that an SRDF leaves out, against points on their bones; what certificates say."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from arms import arm, box, capsule
+
+from humanoid_rail import (
+    Kinematics,
+    Robot,
+    SafeVelocity,
+    Scene,
+    load_robot,
+    plan,
+    read_trajectory,
+    verify,
+    write_trajectory,
+)
+
+NOTHING = Scene(name="nothing", targets={"left": (0, 0, 0), "right": (0, 0, 0)})
+ELBOW = 7
+"""The column of the left elbow."""
+
+
+def certificate_at(robot: Robot, elbow: float) -> object:
+    """Return the certificate of the paper's robot at rest, but for the rail, with its left elbow bent."""
+    q = np.array([robot.initial, robot.initial])
+    q[:, ELBOW], q[1, 0] = elbow, 0.1
+    return verify(robot, NOTHING, SimpleNamespace(t=np.array([0.0, 1.0]), q=q))
+
+
+def test_within_the_nominal_limits_no_neighbours_meet_away_from_their_joint(robot: Robot) -> None:
+    assert robot.collision_model.ngeoms == 9
+    why = {frozenset((pair.link, pair.other)): pair.why for pair in robot.unchecked_pairs}
+    assert len(why) == 9
+    rigid = why.pop(frozenset(("left_clavicle", "right_clavicle")))
+    assert "no joint moves them" in rigid
+    assert all("within the limits they do not meet farther than" in reason for reason in why.values())
+
+
+@pytest.mark.parametrize("upper", [1.6, 3.0, 90.0])
+def test_a_forearm_folded_onto_its_upper_arm_is_no_longer_certified(upper: float) -> None:
+    robot = load_robot(elbow_upper=upper)
+    assert certificate_at(robot, np.radians(60))
+    folded = certificate_at(robot, 1.45)
+    assert not folded
+    assert {folded.contact.link, folded.contact.other} == {"left_upper_arm", "left_forearm"}
+
+
+def test_no_method_folds_an_arm(robot: Robot) -> None:
+    folding = load_robot(elbow_upper=3.0)
+    q = folding.initial.copy()
+    q[ELBOW] = 1.45
+    target = Kinematics(robot).hand_positions(q)[0]
+    scene = Scene(name="fold", targets={"left": tuple(target), "right": None})
+    for method in ("auto", SafeVelocity(c_kappa=0.0, c_mu=0.0)):
+        trajectory = plan(folding, scene, method)
+        assert trajectory.certified
+        bones = [Kinematics(folding).bones(q) for q in trajectory.q[::5]]
+        names = folding.link_names
+        upper, lower = names.index("left_upper_arm"), names.index("left_forearm")
+        for there in bones:
+            away = np.linspace(0.0, 1.0, 101)[:, None]
+            one, other = (there[i, 0] + away * (there[i, 1] - there[i, 0]) for i in (upper, lower))
+            far = [points[np.linalg.norm(points - there[lower, 0], axis=1) > 0.53] for points in (one, other)]
+            if len(far[0]) and len(far[1]):
+                assert np.linalg.norm(far[0][:, None] - far[1][None], axis=2).min() > 0.1
+
+
+@pytest.mark.parametrize("shape", [capsule, box])
+def test_far_parts_are_checked_exactly_where_limits_let_them_meet(shape: object, rng: np.random.Generator) -> None:
+    """The middles of two bones of length L at an angle of a are L sin(a/2) apart."""
+    found = set()
+    for bend in (*rng.uniform(1.5, 3.1, 6), 3.6):
+        robot = arm(limits={"j1": f'lower="-1" upper="{bend}" velocity="1"'}, body=shape(0.5, 0.02))
+        meets = 2 * 0.25 * np.sin(max(np.pi - bend, 0.0) / 2) < 2 * 0.02 * (1.0 if shape is capsule else 1.5)
+        sure = bend < 2.8 or meets
+        pairs = [{robot.link_names[i], robot.link_names[j]} for i, j in robot.self_collision_pairs]
+        if sure:
+            assert ({"b0", "b1"} in pairs) == meets, bend
+            found.add(bool(meets))
+        assert {"b1", "b2"} not in pairs  # +-2 rad
+    assert found == {True, False}
+
+
+def test_what_cannot_be_told_of_a_pair_is_said() -> None:
+    sphere = '<collision><geometry><sphere radius="0.1"/></geometry></collision>'
+    robot = arm(body=sphere)
+    assert [pair.why for pair in robot.unchecked_pairs] == 2 * ["disabled by the SRDF; not checked anywhere"]
+
+
+def test_certificates_list_what_they_leave_out(robot: Robot, tmp_path: Path) -> None:
+    trajectory = plan(robot, Scene(name="s", targets={"left": (-1.6, 0.6, 3.4), "right": None}))
+    certificate = trajectory.certificate
+    assert certificate.unchecked_pairs == robot.unchecked_pairs
+    assert {"left_hand", "right_hand", "base_link"} < set(certificate.links_without_body)
+    assert "left_forearm" not in certificate.links_without_body
+    assert trajectory.summary()["certificate"]["unchecked_pairs"][0] == asdict(robot.unchecked_pairs[0])
+    write_trajectory(trajectory, tmp_path)
+    assert read_trajectory(tmp_path).certificate == certificate
