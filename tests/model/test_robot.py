@@ -197,6 +197,7 @@ ARM = f"""<robot name="r"><link name="a"/><link name="b"/><link name="c"/><link 
   <joint name="five" type="prismatic"><parent link="e"/><child link="f"/><origin xyz="1 0 0"/><axis xyz="0 1 0"/>
     {LIMIT}</joint>
   <transmission name="t"><joint name="two"/></transmission></robot>"""
+MESH = "link f.collision[0].geometry"
 TIP = [Hand("tip", "f", ("one", "four", "five"))]
 
 
@@ -221,11 +222,11 @@ def test_any_robot_with_a_linear_coupling(rng: np.random.Generator) -> None:
     ("urdf", "srdf", "hands", "initial", "field"),
     [
         ("<robot", None, TIP, None, "urdf"),
-        (ARM.replace(LIMIT, ""), None, TIP, None, "urdf"),
+        (ARM.replace(LIMIT, ""), None, TIP, None, "joint one.limit"),
         (ARM.replace('"revolute"', '"continuous"', 1), None, TIP, None, "joint one"),
         (ARM.replace("collision", "visual"), None, TIP, None, "urdf"),
-        (ARM.replace('<sphere radius="0.1"/>', '<mesh filename="package://x/y.stl"/>'), None, TIP, None, "urdf"),
-        (ARM.replace('<sphere radius="0.1"/>', '<mesh filename="CUBE"/>'), None, TIP, None, "collision body f_0"),
+        (ARM.replace('<sphere radius="0.1"/>', '<mesh filename="CUBE"/>'), None, TIP, None, MESH),
+        (ARM.replace('<sphere radius="0.1"/>', '<mesh filename="package://x/y.stl"/>'), None, TIP, None, MESH),
         (ARM, None, [], None, "hands"),
         (ARM, None, TIP * 2, None, "hands"),
         (ARM, None, [Hand("tip", "nowhere", TIP[0].arm)], None, "hands.tip.frame"),
