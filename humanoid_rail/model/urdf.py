@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TypeVar
 from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 from humanoid_rail.errors import MISSING, InvalidInput
 from humanoid_rail.model.urdf_elements import Node, parse_xml
@@ -55,6 +56,7 @@ def read_urdf(text: str) -> Urdf:
         raise InvalidInput("urdf.version", version, f"one of {', '.join(VERSIONS)}")
     robot = Node(root, "urdf", float(version))
     robot.check_children(("link", "joint", "material"))
+    _check_nesting(root)
     colours = _by_name(robot, "material", read_colour)
     links = _by_name(robot, "link", lambda node: read_link(node, colours))
     joints = _by_name(robot, "joint", read_joint)
@@ -75,6 +77,15 @@ def _by_name(robot: Node, tag: str, read: Callable[[Node], _T]) -> Mapping[str, 
             )
         found[name] = read(Node(node.element, f"{tag} {name}", robot.version))
     return MappingProxyType(found)
+
+
+def _check_nesting(root: Element) -> None:
+    """Check that bodies, links and joints are where readers look for them; extensions may hold what they like."""
+    homes = {"visual": "link", "collision": "link", "link": "robot", "joint": "robot"}
+    for home in (root, *(inner for child in root if child.tag in ("link", "joint") for inner in child.iter())):
+        for child in home:
+            if homes.get(child.tag, home.tag) != home.tag:
+                raise InvalidInput("urdf", f"<{child.tag}> in <{home.tag}>", f"directly in a <{homes[child.tag]}>")
 
 
 def _check_tree(links: Mapping[str, Link], joints: Mapping[str, Joint]) -> None:

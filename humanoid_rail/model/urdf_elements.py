@@ -13,8 +13,11 @@ from xml.parsers import expat
 import numpy as np
 import pinocchio as pin
 
-from humanoid_rail._arrays import Array
+from humanoid_rail._arrays import FARTHEST, Array
 from humanoid_rail.errors import MISSING, InvalidInput, checked_number
+
+SHORTEST = 1e-6
+"""Directions and quaternions are at least as long as this, as their own unit."""
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _NAMES = ("name", "link", "joint", "filename")
@@ -72,9 +75,15 @@ class Node:
         return value
 
     def number(
-        self, attribute: str, default: float | None = None, *, above: float = -np.inf, least: float = -np.inf
+        self,
+        attribute: str,
+        default: float | None = None,
+        *,
+        above: float = -np.inf,
+        least: float = -FARTHEST,
+        most: float = FARTHEST,
     ) -> float:
-        """Return an attribute that is a finite number, greater than `above` and not less than `least`.
+        """Return an attribute that is a number, greater than `above`, not less than `least` and not more than `most`.
 
         Raises:
             InvalidInput: If it is not there and has no default, or is no such number.
@@ -83,10 +92,11 @@ class Node:
             return default
         text = self.text(attribute)
         value = float(text) if _NUMBER.fullmatch(text) else text
-        return checked_number(f"{self.where}.{attribute}", value, above=above, least=least)
+        least = -np.inf if above > -np.inf else least
+        return checked_number(f"{self.where}.{attribute}", value, above=above, least=least, most=most)
 
     def numbers(self, attribute: str, count: int, default: Sequence[float] | None = None) -> Array:
-        """Return an attribute that is several finite numbers (count,), with blanks between them.
+        """Return an attribute that is several numbers (count,) of at most `FARTHEST`, with blanks between them.
 
         Raises:
             InvalidInput: If it is not there and has no default, or is no such numbers.
@@ -95,9 +105,22 @@ class Node:
             return np.array(default)
         text = self.text(attribute)
         values = np.array([float(x) if _NUMBER.fullmatch(x) else np.nan for x in text.split()])
-        if values.shape != (count,) or not np.isfinite(values).all():
-            raise InvalidInput(f"{self.where}.{attribute}", text, f"{count} finite numbers with blanks between them")
+        if values.shape != (count,) or not (abs(values) <= FARTHEST).all():
+            valid = f"{count} numbers with blanks between them, from {-FARTHEST:g} to {FARTHEST:g}"
+            raise InvalidInput(f"{self.where}.{attribute}", text, valid)
         return values
+
+    def direction(self, attribute: str, count: int) -> Array:
+        """Return an attribute that is a direction or a quaternion (count,), made to length 1.
+
+        Raises:
+            InvalidInput: If it cannot be read, or is no longer than `SHORTEST`.
+        """
+        values = self.numbers(attribute, count)
+        length = float(np.linalg.norm(values))
+        if length < SHORTEST:
+            raise InvalidInput(f"{self.where}.{attribute}", self.text(attribute), f"longer than {SHORTEST:g}")
+        return np.array(values / length)
 
     def origin(self) -> pin.SE3:
         """Return the placement that the child `<origin>` describes, m and rad; the identity without one.
@@ -114,11 +137,9 @@ class Node:
         if "quat_xyzw" not in origin.element.attrib:
             return pin.SE3(pin.rpy.rpyToMatrix(origin.numbers("rpy", 3, (0.0, 0.0, 0.0))), xyz)
         origin.need_version(1.1, "quat_xyzw")
-        quaternion = origin.numbers("quat_xyzw", 4)
-        if "rpy" in origin.element.attrib or not np.linalg.norm(quaternion) > 0:
-            valid = "a quaternion x y z w greater than 0 in length, without rpy beside it"
-            raise InvalidInput(f"{origin.where}.quat_xyzw", origin.text("quat_xyzw"), valid)
-        return pin.SE3(pin.Quaternion(quaternion).normalized(), xyz)
+        if "rpy" in origin.element.attrib:
+            raise InvalidInput(f"{origin.where}.quat_xyzw", origin.text("quat_xyzw"), "no rpy beside it")
+        return pin.SE3(pin.Quaternion(origin.direction("quat_xyzw", 4)).matrix(), xyz)
 
     def need_version(self, version: float, what: str) -> None:
         """Check that the file names a version of URDF that has something; others ignore it.

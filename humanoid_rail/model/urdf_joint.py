@@ -54,7 +54,7 @@ class Joint:
     placement: pin.SE3
     """Where it is in the frame of the parent link, m."""
     axis: Array
-    """(3,), of any length but 0; x if the URDF has none."""
+    """(3,), of length 1; x if the URDF has none."""
     limit: Limit | None
     mimic: Mimic | None
 
@@ -87,10 +87,7 @@ def read_joint(node: Node) -> Joint:
 
 def _axis(node: Node) -> Array:
     node.check_attributes(("xyz",))
-    axis = node.numbers("xyz", 3)
-    if not np.linalg.norm(axis) > 0:
-        raise InvalidInput(f"{node.where}.xyz", node.text("xyz"), "a direction, so not of length 0")
-    return axis
+    return node.direction("xyz", 3)
 
 
 def _mimic(node: Node) -> Mimic:
@@ -109,7 +106,7 @@ def _limit(node: Node, kind: str) -> Limit:
             raise InvalidInput(node.where, f"from {lower:g} to {upper:g}", valid)
     # URDF 1.2 made these optional.
     default = np.inf if node.version >= 1.2 else None
-    velocity, effort = (node.number(name, default, least=0.0) for name in ("velocity", "effort"))
+    velocity, effort = (node.number(name, default, least=0.0, most=np.inf) for name in ("velocity", "effort"))
     acceleration, deceleration, jerk = (_rate_limit(node, name) for name in rates)
     return Limit(lower, upper, velocity, effort, min(acceleration, deceleration), jerk)
 
@@ -117,7 +114,7 @@ def _limit(node: Node, kind: str) -> Limit:
 def _rate_limit(node: Node, name: str) -> float:
     """Return the least of the limits with a name, with Drake's prefix or without, whatever the version; or infinity."""
     written = [attribute for attribute in node.element.attrib if attribute.rpartition(":")[2] == name]
-    return min((node.number(attribute, above=0.0) for attribute in written), default=np.inf)
+    return min((node.number(attribute, above=0.0, most=np.inf) for attribute in written), default=np.inf)
 
 
 def _check_unused(joint: Node) -> None:
@@ -127,4 +124,4 @@ def _check_unused(joint: Node) -> None:
             if tag == "dynamics" and not {*attributes} & node.element.attrib.keys():
                 raise InvalidInput(node.where, MISSING, "damping, friction, or both")
             for attribute in attributes:
-                node.number(attribute, None if attribute == "k_velocity" else 0.0)
+                node.number(attribute, None if attribute == "k_velocity" else 0.0, least=-np.inf, most=np.inf)

@@ -140,6 +140,6 @@ def _shape(node: Node, is_capsule: bool) -> coal.ShapeBase | MeshFile:
 def _inertial(node: Node) -> Inertial:
     node.check_children(("origin", "mass", "inertia"))
     names = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-    xx, xy, xz, yy, yz, zz = (node.needed("inertia").number(name) for name in names)
+    xx, xy, xz, yy, yz, zz = (node.needed("inertia").number(name, least=-np.inf, most=np.inf) for name in names)
     inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    return Inertial(node.needed("mass").number("value"), node.origin(), inertia)
+    return Inertial(node.needed("mass").number("value", least=0.0, most=np.inf), node.origin(), inertia)
