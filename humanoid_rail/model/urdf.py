@@ -84,8 +84,9 @@ def _check_nesting(root: Element) -> None:
     homes = {"visual": "link", "collision": "link", "link": "robot", "joint": "robot"}
     for home in (root, *(inner for child in root if child.tag in ("link", "joint") for inner in child.iter())):
         for child in home:
-            if homes.get(child.tag, home.tag) != home.tag:
-                raise InvalidInput("urdf", f"<{child.tag}> in <{home.tag}>", f"directly in a <{homes[child.tag]}>")
+            right = homes.get(child.tag.rpartition(":")[2].lower(), home.tag)
+            if right != home.tag:
+                raise InvalidInput("urdf", f"<{child.tag}> in <{home.tag}>", f"one directly in a <{right}>")
 
 
 def _check_tree(links: Mapping[str, Link], joints: Mapping[str, Joint]) -> None:

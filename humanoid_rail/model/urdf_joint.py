@@ -98,13 +98,14 @@ def _mimic(node: Node) -> Mimic:
 def _limit(node: Node, kind: str) -> Limit:
     rates = ("acceleration", "deceleration", "jerk")
     node.check_attributes(("lower", "upper", "velocity", "effort", *rates))
-    lower, upper = node.number("lower", 0.0), node.number("upper", 0.0)
-    if kind in ("revolute", "prismatic"):
+    bounded = kind in ("revolute", "prismatic")
+    lower, upper = (node.number(name, None if bounded and node.version >= 1.2 else 0.0) for name in ("lower", "upper"))
+    if bounded:
         written = {"lower", "upper"} <= node.element.attrib.keys()
         if lower > upper or (lower == upper and not written):
             valid = "lower <= upper, in m or rad; one that is not written is 0"
             raise InvalidInput(node.where, f"from {lower:g} to {upper:g}", valid)
-    # URDF 1.2 made these optional.
+    # URDF 1.2 made these optional, and those above not.
     default = np.inf if node.version >= 1.2 else None
     velocity, effort = (node.number(name, default, least=0.0, most=np.inf) for name in ("velocity", "effort"))
     acceleration, deceleration, jerk = (_rate_limit(node, name) for name in rates)
