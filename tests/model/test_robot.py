@@ -170,6 +170,13 @@ def test_visual_geometry_does_not_depend_on_the_collision_radius() -> None:
         ({"rail_upper": float("inf")}, "rail_upper"),
         ({"rail_lower": 9.0}, "limits of joint rail"),
         ({"density": 0.0}, "density"),
+        ({"rail_upper": 1e300}, "rail_upper"),
+        ({"waist_yaw_lower": -1e300}, "waist_yaw_lower"),
+        ({"l_t2": 1e300}, "l_t2"),
+        ({"l_r1": 5e-324}, "l_r1"),
+        ({"link_radius": 1e300}, "link_radius"),
+        ({"density": 5e-324}, "density"),
+        ({"revolute_effort": 1e300}, "revolute_effort"),
     ],
 )
 def test_bad_arguments_are_named(arguments: dict[str, float], field: str) -> None:

@@ -55,6 +55,7 @@ def beside(elements: str) -> str:
 
 
 INERTIA = '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
+FAR = "1e5"
 REFUSED = {
     # Shapes.
     shaped('<capsule radius="0.3" length="0.1"/>'): f"{BODY}.geometry.capsule.<capsule>",
@@ -62,6 +63,8 @@ REFUSED = {
     shaped('<sphere radius="0.3 m"/>'): f"{BODY}.geometry.sphere.radius",
     shaped('<sphere radius="nan"/>'): f"{BODY}.geometry.sphere.radius",
     shaped('<sphere radius="1e999"/>'): f"{BODY}.geometry.sphere.radius",
+    shaped(f'<sphere radius="{FAR}"/>'): f"{BODY}.geometry.sphere.radius",
+    placed(f'<origin xyz="{FAR} 0 0"/>'): f"{BODY}.origin.xyz",
     shaped('<sphere radius="0"/>'): f"{BODY}.geometry.sphere.radius",
     shaped('<sphere radius="-0.3"/>'): f"{BODY}.geometry.sphere.radius",
     shaped("<sphere/>"): f"{BODY}.geometry.sphere.radius",
@@ -103,6 +106,9 @@ REFUSED = {
     version("1.1", placed('<origin quat_xyzw="0 0 0 0"/>')): f"{BODY}.origin.quat_xyzw",
     version("1.1", placed('<origin quat_xyzw="0 0 0 1" rpy="0 0 1"/>')): f"{BODY}.origin.quat_xyzw",
     # Joints.
+    version("1.2", limited(LIMIT.replace('lower="-1"', ""))): "joint one.limit.lower",
+    limited(LIMIT.replace("upper", "uper")): "joint one.limit.uper",
+    ARM.replace(JOINT, '<axis xyz="0 1e-9 0"/>', 1): "joint two.axis.xyz",
     ARM.replace('<origin xyz="1 0 0"/>', '<origin xyz="1 0"/>', 1): "joint two.origin.xyz",
     ARM.replace(JOINT, '<axis xyz="0 0 0"/>', 1): "joint two.axis.xyz",
     ARM.replace(JOINT, '<axis xyz="0 1"/>', 1): "joint two.axis.xyz",
