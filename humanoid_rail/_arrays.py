@@ -10,6 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
+FARTHEST = 1e4
+"""Beyond this distance double precision no longer resolves the clearances that matter to a robot, m."""
+
 
 def frozen(values: ArrayLike) -> Array:
     """Return a read-only copy."""

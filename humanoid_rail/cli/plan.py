@@ -58,7 +58,7 @@ PAGE = "playback.html"
 @has_method_options
 @click.option("--retime", "retimed", is_flag=True, help="Time the path for a drive: fastest, at rest at both ends.")
 @click.option("--speed", type=float, help="Of --retime: share of the velocity limits; 0.5 takes twice as long  [1]")
-@click.option("--jerk-limit", type=float, help="Of --retime, m/s^3 and rad/s^3  [none]")
+@click.option("--jerk-limit", type=float, help="Of --retime, m/s^3 and rad/s^3  [the robot's]")
 @click.option("--dwell", type=float, help="Of --retime: rest at each target before the next, s  [0]")
 @click.option("--link-radius", type=float, help="Radius of the collision capsules, m  [0.05]")
 @click.option(

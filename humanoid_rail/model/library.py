@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import SupportsFloat, TypedDict, TypeVar, Unpack
 from xml.etree import ElementTree
 
+from humanoid_rail._arrays import FARTHEST
 from humanoid_rail._resources import resource
 from humanoid_rail.errors import InvalidInput, checked_number
 from humanoid_rail.model.robot import Hand, Robot, robot_from_urdf
@@ -21,6 +22,10 @@ ARM_JOINTS = ("shoulder_roll", "shoulder_pitch", "upper_arm_roll", "elbow_pitch"
 """The joints of an arm, without the side that their names begin with."""
 INITIAL = (0.0, 0.0, math.pi / 3, math.pi / 4, *(8 * (0.0,)))
 """q(0) of eq. 5.1: the rail in m, then angles in rad."""
+SMALLEST = 1e-6
+"""Lengths, rates, efforts and densities are at least this; SI units."""
+LARGEST = 1e9
+"""Rates, efforts and densities are at most this; SI units."""
 
 _XACRO_TAG = "{http://www.ros.org/wiki/xacro}"
 _F = TypeVar("_F", bound=Callable[..., object])
@@ -179,9 +184,12 @@ def _number(name: str, value: object, known: dict[str, str]) -> float:
     if name not in known:
         raise InvalidInput(name, value, f"one of the xacro arguments {', '.join(sorted(known))}")
     if name == "link_radius":
-        return checked_number(name, value, least=0.0)
-    positive = name.startswith("l_") or name.endswith(("_velocity", "_acceleration", "_effort")) or name == "density"
-    return checked_number(name, value, above=0.0) if positive else checked_number(name, value)
+        return checked_number(name, value, least=0.0, most=FARTHEST)
+    if name.startswith("l_"):
+        return checked_number(name, value, least=SMALLEST, most=FARTHEST)
+    if name.endswith(("_velocity", "_acceleration", "_effort")) or name == "density":
+        return checked_number(name, value, least=SMALLEST, most=LARGEST)
+    return checked_number(name, value, least=-FARTHEST, most=FARTHEST)
 
 
 def _check_limits(urdf: str) -> None:

@@ -12,6 +12,7 @@ import pinocchio as pin
 from humanoid_rail._arrays import Array
 from humanoid_rail.errors import InvalidInput
 from humanoid_rail.model.far_parts import far_parts, may_meet, part_distance
+from humanoid_rail.model.urdf import Urdf
 
 
 @dataclass(frozen=True)
@@ -125,16 +126,13 @@ def unchecked_pairs(
             yield UncheckedPair(a, b, reasons.get(pair, NOT_AMONG))
 
 
-def links_without_body(urdf: str, links: tuple[str, ...]) -> tuple[str, ...]:
+def links_without_body(urdf: Urdf, links: tuple[str, ...]) -> tuple[str, ...]:
     """Return the links of a URDF that are visible or have a mass, and no collision body.
 
     Args:
-        urdf: URDF text.
+        urdf: All links.
         links: The links that have one.
     """
-    found = ElementTree.fromstring(urdf).findall("link")
     return tuple(
-        link.attrib["name"]
-        for link in found
-        if link.attrib["name"] not in links and (link.find("visual") is not None or link.find("inertial") is not None)
+        name for name, link in urdf.links.items() if name not in links and (link.visuals or link.inertial is not None)
     )

@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from xml.etree import ElementTree
+from pathlib import Path
 
-import coal
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from humanoid_rail._arrays import Array, FrozenArrays, frozen
 from humanoid_rail.errors import MISSING, InvalidInput
+from humanoid_rail.model.collision_bodies import collision_bodies
 from humanoid_rail.model.followers import folded_limits
 from humanoid_rail.model.pairs import UncheckedPair, choose_pairs, links_without_body, unchecked_pairs
-
-_ACCELERATION = "{http://drake.mit.edu}acceleration"
-"""URDF has no acceleration limit; this attribute of `<limit>` is Drake's."""
+from humanoid_rail.model.urdf import Urdf, read_urdf
+from humanoid_rail.model.urdf_elements import read_text
+from humanoid_rail.model.urdf_joint import Mimic
 
 
 @dataclass(frozen=True)
@@ -68,6 +69,8 @@ class Robot(FrozenArrays):
     """(n,), m/s or rad/s."""
     acceleration_limit: Array
     """(n,), m/s^2 or rad/s^2; infinite where the URDF has none."""
+    jerk_limit: Array
+    """(n,), m/s^3 or rad/s^3; infinite where the URDF has none."""
     hands: tuple[Hand, ...]
     initial: Array
     """Configuration (n,) where motions start unless a scene says otherwise."""
@@ -97,7 +100,7 @@ class Robot(FrozenArrays):
     @cached_property
     def links_without_body(self) -> tuple[str, ...]:
         """Links that are visible or have a mass, and no collision body: nothing is known of what they touch."""
-        return links_without_body(self.urdf, self.link_names)
+        return links_without_body(read_urdf(self.urdf), self.link_names)
 
     @cached_property
     def speed_units(self) -> Array:
@@ -145,46 +148,45 @@ def check_joint_names(robot: Robot, names: Sequence[str]) -> None:
         raise InvalidInput("trajectory.joint_names", names, f"those of the robot: {', '.join(robot.joint_names)}")
 
 
-def robot_from_urdf(urdf: str, srdf: str | None, hands: Sequence[Hand], initial: ArrayLike | None = None) -> Robot:
-    """Return a robot from URDF text.
+def robot_from_urdf(
+    urdf: str | Path, srdf: str | Path | None, hands: Sequence[Hand], initial: ArrayLike | None = None
+) -> Robot:
+    """Return a robot from a URDF of version 1.0 to 1.2.
+
+    It is read strictly: every `<collision>` becomes a body of the size that is written, or the URDF is refused. A
+    revolute joint that can turn by more than 2 pi from 0 is warned of, as its limits may be in degrees.
 
     Args:
-        urdf: URDF text. `<mimic>` joints become rows of the linear coupling.
-        srdf: SRDF text naming the pairs of links that need not be checked against each other, if any.
+        urdf: URDF text, or the path of a file. `<mimic>` joints become rows of the linear coupling.
+        srdf: SRDF text, or the path of a file, naming the pairs of links that need not be checked against each other,
+            if any.
         hands: The points that are given targets.
         initial: Configuration (n,) in m and rad; the middle of the position limits if not given.
 
     Raises:
-        InvalidInput: If the text is no URDF, a joint has no Euclidean configuration (continuous, floating), a hand
-            names a frame or a joint that the URDF does not have, arms overlap or have fewer than three joints, there
-            are no collision bodies or one is a mesh, the SRDF is none, a passive joint cannot keep its limits wherever
-            its leader is, or `initial` has the wrong size.
+        InvalidInput: If the URDF cannot be read as a whole, a joint has no Euclidean configuration (continuous,
+            floating), a hand names a frame or a joint that the URDF does not have or points nowhere, arms overlap or
+            have fewer than three joints, there are no collision bodies or one is a mesh, the SRDF is none, a passive
+            joint cannot keep its limits wherever its leader is, or `initial` has the wrong size.
     """
-    try:
-        tree = ElementTree.fromstring(urdf)  # first, as Pinocchio prints what is wrong with XML
-        model = pin.buildModelFromXML(urdf)
-    except (ValueError, ElementTree.ParseError) as error:
-        raise InvalidInput("urdf", urdf, f"a URDF that Pinocchio reads ({error})") from error
-    # Not iter("joint"): a <transmission> has elements of that name too.
-    joints = {joint.attrib["name"]: joint for joint in tree.findall("joint")}
-    for name, joint in zip(list(model.names)[1:], list(model.joints)[1:], strict=True):
-        if (joint.nq, joint.nv) != (1, 1):
-            raise InvalidInput(f"joint {name}", joint.shortname(), "revolute with limits, or prismatic")
-    mimics = {name: mimic for name in list(model.names)[1:] if (mimic := joints[name].find("mimic")) is not None}
+    text = read_text("urdf", urdf)
+    described = read_urdf(text)
+    model, joints = _model(described), described.joints
+    mimics = {name: mimic for name in list(model.names)[1:] if (mimic := joints[name].mimic) is not None}
     joint_names = tuple(name for name in list(model.names)[1:] if name not in mimics)
     coupling, offset = _linear_coupling(model, joint_names, mimics)
-    collision_model = _collision_model(model, urdf)
+    collision_model = collision_bodies(model, described)
     _check_hands(model, joint_names, hands)
 
-    accelerations = [_acceleration_limit(joints[name]) for name in list(model.names)[1:]]
-    limits = folded_limits(model, joint_names, coupling, offset, np.array(accelerations))
+    limits = folded_limits(model, described, joint_names, coupling, offset)
     start = (limits.lower + limits.upper) / 2 if initial is None else np.array(initial, float)
     if start.shape != (len(joint_names),) or not np.isfinite(start).all():
         raise InvalidInput("initial", initial, f"a finite number for each of the {len(joint_names)} actuated joints")
-    pairs = choose_pairs(model, collision_model, srdf, coupling @ start + offset)
+    pairs = choose_pairs(model, collision_model, read_text("srdf", srdf) if srdf else None, coupling @ start + offset)
+    _warn_of_degrees(described, joint_names)
     return Robot(
         name=model.name,
-        urdf=urdf,
+        urdf=text,
         model=model,
         collision_model=collision_model,
         coupling=frozen(coupling),
@@ -194,6 +196,7 @@ def robot_from_urdf(urdf: str, srdf: str | None, hands: Sequence[Hand], initial:
         upper=frozen(limits.upper),
         velocity_limit=frozen(limits.velocity),
         acceleration_limit=frozen(limits.acceleration),
+        jerk_limit=frozen(limits.jerk),
         hands=tuple(hands),
         initial=frozen(start),
         self_collision_pairs=pairs.checked,
@@ -201,15 +204,29 @@ def robot_from_urdf(urdf: str, srdf: str | None, hands: Sequence[Hand], initial:
     )
 
 
-def _acceleration_limit(joint: ElementTree.Element) -> float:
-    """Return the acceleration limit of a joint, m/s^2 or rad/s^2; infinite if it has none."""
-    limit = joint.find("limit")
-    return np.inf if limit is None else float(limit.get(_ACCELERATION, "inf"))
+def _model(urdf: Urdf) -> pin.Model:
+    try:
+        model = pin.buildModelFromXML(urdf.text)
+    except (ValueError, RuntimeError) as error:
+        raise InvalidInput("urdf", urdf.text, f"a URDF that Pinocchio reads ({error})") from error
+    for name, joint in zip(list(model.names)[1:], list(model.joints)[1:], strict=True):
+        if (joint.nq, joint.nv) != (1, 1):
+            raise InvalidInput(f"joint {name}", joint.shortname(), "revolute with limits, or prismatic")
+    return model
 
 
-def _linear_coupling(
-    model: pin.Model, joint_names: Sequence[str], mimics: Mapping[str, ElementTree.Element]
-) -> tuple[Array, Array]:
+def _warn_of_degrees(urdf: Urdf, joint_names: Sequence[str]) -> None:
+    """Warn of actuated joints that can turn so far that their limits may be in degrees."""
+    for name in joint_names:
+        limit = urdf.joints[name].limit
+        if limit is not None and urdf.joints[name].kind == "revolute":
+            farthest = max(-limit.lower, limit.upper)
+            if farthest > 2 * np.pi + 1e-6:
+                turns = f"joint {name} turns from {limit.lower:g} to {limit.upper:g} rad"
+                warnings.warn(f"{turns}, more than once around: limits of a URDF are in rad, not degrees", stacklevel=3)
+
+
+def _linear_coupling(model: pin.Model, joint_names: Sequence[str], mimics: Mapping[str, Mimic]) -> tuple[Array, Array]:
     """Return S and s0 of q_full = S q + s0; a joint that mimics a mimic follows its leader's leaders."""
     coupling, offset = np.zeros((model.nv, len(joint_names))), np.zeros(model.nq)
 
@@ -217,9 +234,8 @@ def _linear_coupling(
         if name not in mimics:
             return np.eye(len(joint_names))[joint_names.index(name)], 0.0
         mimic = mimics[name]
-        leader, constant = row(mimic.attrib["joint"])
-        multiplier = float(mimic.get("multiplier", "1"))
-        return multiplier * leader, multiplier * constant + float(mimic.get("offset", "0"))
+        leader, constant = row(mimic.joint)
+        return mimic.multiplier * leader, mimic.multiplier * constant + mimic.offset
 
     for joint_id, name in enumerate(list(model.names)[1:], start=1):
         joint = model.joints[joint_id]
@@ -227,35 +243,38 @@ def _linear_coupling(
     return coupling, offset
 
 
-def _collision_model(model: pin.Model, urdf: str) -> pin.GeometryModel:
-    try:
-        collision_model = pin.buildGeomFromUrdfString(model, urdf, pin.GeometryType.COLLISION)
-    except ValueError as error:
-        raise InvalidInput("urdf", urdf, f"collision bodies that Pinocchio can load ({error})") from error
-    if not collision_model.ngeoms:
-        raise InvalidInput("urdf", MISSING, "at least one link with a collision body")
-    for body in collision_model.geometryObjects:
-        # coal sees only the surface of a mesh: a point wholly within one would count as free.
-        if not isinstance(body.geometry, coal.ShapeBase):
-            kind = type(body.geometry).__name__
-            raise InvalidInput(f"collision body {body.name}", kind, "a primitive shape, no mesh")
-    return collision_model
-
-
 def _check_hands(model: pin.Model, joint_names: Sequence[str], hands: Sequence[Hand]) -> None:
+    if not isinstance(hands, Sequence) or not all(isinstance(hand, Hand) for hand in hands):
+        raise InvalidInput("hands", hands, "a list of Hand")
     if not hands:
         raise InvalidInput("hands", MISSING, "at least one hand")
+    for hand in hands:
+        _check_hand(model, joint_names, hand)
     arms = [joint for hand in hands for joint in hand.arm]
     names = [hand.name for hand in hands]
     if len(set(names)) < len(names):
         raise InvalidInput("hands", names, "hands whose names differ")
     for hand in hands:
-        if not model.existFrame(hand.frame):
-            raise InvalidInput(f"hands.{hand.name}.frame", hand.frame, "a frame of the URDF")
-        if len(hand.arm) < 3:
-            raise InvalidInput(f"hands.{hand.name}.arm", hand.arm, "three joints or more: with fewer, eq. 3.4 is 0")
         for joint in hand.arm:
-            if joint not in joint_names:
-                raise InvalidInput(f"hands.{hand.name}.arm", joint, f"actuated joints: {', '.join(joint_names)}")
             if arms.count(joint) > 1:
                 raise InvalidInput(f"hands.{hand.name}.arm", joint, "each joint in one arm, once")
+
+
+def _check_hand(model: pin.Model, joint_names: Sequence[str], hand: Hand) -> None:
+    if not isinstance(hand.name, str) or not hand.name:
+        raise InvalidInput("hands.name", hand.name, "a name")
+    field = f"hands.{hand.name}"
+    # A link and a joint may have the same name; a frame that is meant has to be the only one.
+    if not isinstance(hand.frame, str) or sum(frame.name == hand.frame for frame in model.frames) != 1:
+        raise InvalidInput(f"{field}.frame", hand.frame, "a frame of the URDF, with a name of its own")
+    if not isinstance(hand.arm, tuple | list) or len(hand.arm) < 3:
+        raise InvalidInput(f"{field}.arm", hand.arm, "three joints or more: with fewer, eq. 3.4 is 0")
+    for joint in hand.arm:
+        if joint not in joint_names:
+            raise InvalidInput(f"{field}.arm", joint, f"actuated joints: {', '.join(joint_names)}")
+    try:
+        pointing = np.array(hand.pointing, float)
+    except (TypeError, ValueError):
+        pointing = np.zeros(0)
+    if pointing.shape != (3,) or not np.isfinite(pointing).all() or not np.linalg.norm(pointing) > 0:
+        raise InvalidInput(f"{field}.pointing", hand.pointing, "a direction (3,) of finite numbers, not of length 0")

@@ -6,14 +6,13 @@ from typing import Protocol
 
 import numpy as np
 
-from humanoid_rail._arrays import Array
+from humanoid_rail._arrays import FARTHEST, Array
 from humanoid_rail.collision.certificate import Certificate
 from humanoid_rail.collision.certifier import certify
 from humanoid_rail.collision.spline_certifier import certify_spline
 from humanoid_rail.errors import InvalidInput, check_kind, told_apart
 from humanoid_rail.kinematics.kinematics import Kinematics
 from humanoid_rail.model.robot import Robot, check_joint_names
-from humanoid_rail.scene.obstacles import FARTHEST
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.trajectory import Trajectory
 

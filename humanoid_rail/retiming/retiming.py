@@ -98,7 +98,7 @@ def retime(
             than the fastest, because accelerations set in over one; from 0.05 s it is slowed down to stay on its path.
         velocity_limit: One number for all joints, or one for each (n,), m/s and rad/s; the robot's if not given.
         acceleration_limit: The same, m/s^2 and rad/s^2.
-        jerk_limit: The same, m/s^3 and rad/s^3; none if not given.
+        jerk_limit: The same, m/s^3 and rad/s^3; most robots have none.
         speed: Share of the velocity limits to use, from 0.001 to 1; of the acceleration limits its square is used, as
             if time went slower. A jerk limit stays.
         dwell: How long to rest at each target before the next, s.
@@ -185,7 +185,7 @@ def _limits(
     return Limits(
         share * _limit("velocity_limit", velocity, robot, robot.velocity_limit),
         share**2 * _limit("acceleration_limit", acceleration, robot, robot.acceleration_limit),
-        _limit("jerk_limit", jerk, robot, np.full(robot.n, np.inf)),
+        _limit("jerk_limit", robot.jerk_limit if jerk is None else jerk, robot, robot.jerk_limit),
     )
 
 

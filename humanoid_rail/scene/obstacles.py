@@ -20,12 +20,9 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from humanoid_rail._arrays import frozen
+from humanoid_rail._arrays import FARTHEST, frozen
 from humanoid_rail.scene.convex_decomposition import Pieces, convex_pieces
 from humanoid_rail.scene.validation import Frozen
-
-FARTHEST = 1e4
-"""Beyond this distance double precision no longer resolves the clearances that matter to a robot, m."""
 
 
 def plain(value: object) -> object:

@@ -135,7 +135,7 @@ def test_another_robot_holds_still(motion: Trajectory, other: Robot, tmp_path: P
     export(resting, other, nothing(other), "mujoco", tmp_path)
     tracking = track(tmp_path)
     assert tracking.largest_hand_error < 1e-4
-    assert (tmp_path / "scene.xml").read_text().count('rgba="0 1 0 1"') == 1
+    assert (tmp_path / "scene.xml").read_text().count('rgba="0.0 1.0 0.0 1.0"') == 1
     assert "nowhere" not in (tmp_path / "scene.xml").read_text()
 
 

@@ -170,6 +170,13 @@ def test_visual_geometry_does_not_depend_on_the_collision_radius() -> None:
         ({"rail_upper": float("inf")}, "rail_upper"),
         ({"rail_lower": 9.0}, "limits of joint rail"),
         ({"density": 0.0}, "density"),
+        ({"rail_upper": 1e300}, "rail_upper"),
+        ({"waist_yaw_lower": -1e300}, "waist_yaw_lower"),
+        ({"l_t2": 1e300}, "l_t2"),
+        ({"l_r1": 5e-324}, "l_r1"),
+        ({"link_radius": 1e300}, "link_radius"),
+        ({"density": 5e-324}, "density"),
+        ({"revolute_effort": 1e300}, "revolute_effort"),
     ],
 )
 def test_bad_arguments_are_named(arguments: dict[str, float], field: str) -> None:
@@ -197,6 +204,7 @@ ARM = f"""<robot name="r"><link name="a"/><link name="b"/><link name="c"/><link 
   <joint name="five" type="prismatic"><parent link="e"/><child link="f"/><origin xyz="1 0 0"/><axis xyz="0 1 0"/>
     {LIMIT}</joint>
   <transmission name="t"><joint name="two"/></transmission></robot>"""
+MESH = "link f.collision[0].geometry"
 TIP = [Hand("tip", "f", ("one", "four", "five"))]
 
 
@@ -223,11 +231,11 @@ def test_any_robot_with_a_linear_coupling(rng: np.random.Generator) -> None:
     ("urdf", "srdf", "hands", "initial", "field"),
     [
         ("<robot", None, TIP, None, "urdf"),
-        (ARM.replace(LIMIT, ""), None, TIP, None, "urdf"),
+        (ARM.replace(LIMIT, ""), None, TIP, None, "joint one.limit"),
         (ARM.replace('"revolute"', '"continuous"', 1), None, TIP, None, "joint one"),
         (ARM.replace("collision", "visual"), None, TIP, None, "urdf"),
-        (ARM.replace('<sphere radius="0.1"/>', '<mesh filename="package://x/y.stl"/>'), None, TIP, None, "urdf"),
-        (ARM.replace('<sphere radius="0.1"/>', '<mesh filename="CUBE"/>'), None, TIP, None, "collision body f_0"),
+        (ARM.replace('<sphere radius="0.1"/>', '<mesh filename="CUBE"/>'), None, TIP, None, MESH),
+        (ARM.replace('<sphere radius="0.1"/>', '<mesh filename="package://x/y.stl"/>'), None, TIP, None, MESH),
         (ARM, None, [], None, "hands"),
         (ARM, None, TIP * 2, None, "hands"),
         (ARM, None, [Hand("tip", "nowhere", TIP[0].arm)], None, "hands.tip.frame"),

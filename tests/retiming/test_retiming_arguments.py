@@ -73,3 +73,15 @@ def test_a_joint_that_does_not_move_needs_no_limits(robot: Robot, planned: Traje
     assert smooth.duration < 1.5 * motion.duration
     with pytest.raises(InvalidInput, match=r"velocity_limit \(rail\)"):
         retime(straight(planned, locked, "rail", 1.0), locked, free)
+
+
+def test_the_robot_s_jerk_limits_are_kept(robot: Robot, planned: Trajectory, free: Scene) -> None:
+    """Those of a URDF, of some joints alone, unless others are given."""
+    jerk = np.where(np.arange(robot.n) < 4, 60.0, np.inf)
+    smooth = replace(robot, jerk_limit=jerk)
+    motion = retime(planned, smooth, free)
+    np.testing.assert_array_equal(motion.q, retime(planned, robot, free, jerk_limit=jerk).q)
+    assert (rates(motion, 3) <= jerk * EXCESS).all()
+    assert not (rates(retime(planned, smooth, free, jerk_limit=np.inf), 3) <= jerk * EXCESS).all()
+    with pytest.raises(InvalidInput, match="jerk_limit"):
+        retime(planned, replace(robot, jerk_limit=1e-9 * np.ones(robot.n)), free)

@@ -15,6 +15,7 @@ from humanoid_rail._arrays import Array
 from humanoid_rail.io.mujoco.actuators import PositionActuator
 from humanoid_rail.io.mujoco.mjcf_bodies import add_robot, find, numbers, shape_attributes, visuals
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.model.urdf import read_urdf
 from humanoid_rail.scene.obstacles import HalfSpace, Obstacle, is_moving, name_of
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.scene.shapes import PlacedShape, placed_shapes, support
@@ -73,7 +74,7 @@ def mjcf(robot: Robot, scene: Scene, trajectory: Trajectory, actuators: Sequence
         ctrl: The command that they are given at the start (n,), m and rad.
 
     Raises:
-        InvalidInput: If a collision body has no thickness.
+        InvalidInput: If a collision body has no thickness, or MuJoCo cannot have an inertia.
     """
     document = ElementTree.fromstring(TEMPLATE)
     document.set("model", robot.name)
@@ -114,7 +115,7 @@ def _add_floor(world: Element, robot: Robot) -> None:
     """Draw a floor under the root link. It touches nothing."""
     root = next(frame.name for frame in robot.model.frames if frame.type == pin.FrameType.BODY)
     down = np.array([0.0, 0.0, -1.0])
-    undersides = [-support(visual, down) for visual, _ in visuals(ElementTree.fromstring(robot.urdf), root)]
+    undersides = [-support(visual, down) for visual, _ in visuals(read_urdf(robot.urdf).links[root])]
     place = {"pos": numbers([0.0, 0.0, min(undersides, default=0.0)]), "size": "0 0 1"}
     SubElement(world, "geom", {"class": "visual"}, type="plane", material="floor", **place)
 

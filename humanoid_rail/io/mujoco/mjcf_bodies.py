@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 import coal
@@ -14,11 +13,22 @@ from numpy.typing import ArrayLike
 from humanoid_rail.errors import MISSING, InvalidInput
 from humanoid_rail.io.mujoco.actuators import PositionActuator
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.model.urdf import read_urdf
+from humanoid_rail.model.urdf_joint import Joint
+from humanoid_rail.model.urdf_link import Link, MeshFile
 from humanoid_rail.scene.shapes import PlacedShape
 from humanoid_rail.viewer.colours import hand_colour, rgb
 
 WORLD = "world"
 """MuJoCo gives this name to the body that everything stands on."""
+SMALLEST_INERTIA = 1e-14
+"""Masses and principal moments of inertia are greater than this, kg and kg m^2; MuJoCo refuses 1e-15."""
+ROUNDING = 1e-6
+"""A principal moment of inertia is greater than the sum of the others by at most this share of it, by rounding."""
+PRECISION = 1e-9
+"""No principal moment of inertia is nearer to the sum of the others than this share of it."""
+SMALLEST_RANGE = 1e-6
+"""The range of a joint that is held is this, m or rad, as MuJoCo has none of length 0."""
 PLAIN = "0.7 0.7 0.7 1"
 """Bodies without a colour of their own are drawn in this one."""
 
@@ -32,11 +42,11 @@ def add_robot(world: Element, robot: Robot, actuators: Sequence[PositionActuator
         actuators: Those of its actuated joints.
 
     Raises:
-        InvalidInput: If a collision body has no thickness.
+        InvalidInput: If a collision body has no thickness, MuJoCo cannot have an inertia, or a link called `world` is
+            not the root.
     """
-    urdf = ElementTree.fromstring(robot.urdf)
-    links = {link.attrib["name"]: link for link in urdf.findall("link")}
-    joints = {joint.attrib["name"]: joint for joint in urdf.findall("joint")}
+    urdf = read_urdf(robot.urdf)
+    links, joints = urdf.links, urdf.joints
     limits = {actuator.joint: actuator.effort_limit for actuator in actuators}
     frames = robot.model.frames
     elements = {WORLD: world}
@@ -45,15 +55,17 @@ def add_robot(world: Element, robot: Robot, actuators: Sequence[PositionActuator
             continue
         joint_frame = frames[frame.parentFrame]
         joint = joints.get(joint_frame.name)
+        if frame.name == WORLD and joint is not None:
+            raise InvalidInput(f"link {WORLD}", f"moved by joint {joint.name}", "the root or another name, for MuJoCo")
         parent = world if joint is None else elements[frames[joint_frame.parentFrame].name]
-        if frame.name != WORLD or joint is not None:
-            place = _place(pin.SE3.Identity() if joint is None else _origin(joint))
+        if frame.name != WORLD:
+            place = _place(pin.SE3.Identity() if joint is None else joint.placement)
             elements[frame.name] = SubElement(parent, "body", {"name": frame.name, **place})
             _add_inertial(elements[frame.name], links[frame.name])
         body = elements[frame.name]
         if joint is not None and joint_frame.type == pin.FrameType.JOINT:
             _add_joint(body, joint, robot, limits.get(joint_frame.name))
-        for visual, colour in visuals(urdf, frame.name):
+        for visual, colour in visuals(links[frame.name]):
             SubElement(body, "geom", {"class": "visual", "rgba": colour, **shape_attributes(visual)})
         for collision in robot.collision_model.geometryObjects:
             if collision.parentFrame == index:
@@ -68,14 +80,14 @@ def add_robot(world: Element, robot: Robot, actuators: Sequence[PositionActuator
         SubElement(elements[link.name], "site", site)
 
 
-def _add_joint(body: Element, joint: Element, robot: Robot, effort_limit: float | None) -> None:
+def _add_joint(body: Element, joint: Joint, robot: Robot, effort_limit: float | None) -> None:
     """Add a joint; `effort_limit` is None of passive ones, which follow their leaders without limits of their own."""
-    name, kind = joint.attrib["name"], "slide" if joint.attrib["type"] == "prismatic" else "hinge"
-    axis = joint.find("axis")
-    attributes = {"name": name, "type": kind, "axis": "1 0 0" if axis is None else axis.attrib["xyz"]}
+    kind = "slide" if joint.kind == "prismatic" else "hinge"
+    attributes = {"name": joint.name, "type": kind, "axis": numbers(joint.axis)}
     if effort_limit is not None:
-        i = robot.joint_names.index(name)
-        attributes["range"] = numbers([robot.lower[i], robot.upper[i]])
+        i = robot.joint_names.index(joint.name)
+        lower, upper = robot.lower[i], robot.upper[i]
+        attributes["range"] = numbers([lower, max(upper, lower + SMALLEST_RANGE)])
         if np.isfinite(effort_limit):
             attributes["actuatorfrcrange"] = numbers([-effort_limit, effort_limit])
     SubElement(body, "joint", attributes)
@@ -88,58 +100,40 @@ def _add_collision(body: Element, collision: pin.GeometryObject, at: pin.SE3) ->
     SubElement(body, "geom", {"class": "collision", "name": collision.name, **shape})
 
 
-def _add_inertial(body: Element, link: Element) -> None:
-    inertial = link.find("inertial")
-    if inertial is None or not float(find(inertial, "mass").attrib["value"]) > 0:
+def _add_inertial(body: Element, link: Link) -> None:
+    """Add the inertia of a link, none if it has no mass.
+
+    Raises:
+        InvalidInput: If MuJoCo cannot have it.
+    """
+    inertial = link.inertial
+    if inertial is None or (inertial.mass == 0 and not inertial.inertia.any()):
         return
-    at = _origin(inertial)
-    xx, xy, xz, yy, yz, zz = (
-        float(find(inertial, "inertia").attrib[name]) for name in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-    )
+    a, b, c = np.linalg.eigvalsh(inertial.inertia)
+    # MuJoCo allows no rounding, which the inertias of flat bodies have.
+    lacking = max(c - a - b + PRECISION * c, 0.0)
+    if not (inertial.mass > SMALLEST_INERTIA and a > SMALLEST_INERTIA and lacking <= ROUNDING * c):
+        found = f"mass {inertial.mass:g} and principal moments {a:g}, {b:g}, {c:g}"
+        valid = f"all greater than {SMALLEST_INERTIA:g} and no moment greater than the sum of the others, for MuJoCo"
+        raise InvalidInput(f"link {link.name}.inertial", found, valid)
     # MuJoCo takes a full inertia in the axes of the body alone.
-    inertia = at.rotation @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ at.rotation.T
+    at = inertial.placement
+    inertia = at.rotation @ (inertial.inertia + lacking * np.eye(3)) @ at.rotation.T
     SubElement(
         body,
         "inertial",
         pos=numbers(at.translation),
-        mass=find(inertial, "mass").attrib["value"],
+        mass=repr(inertial.mass),
         fullinertia=numbers(inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]),
     )
 
 
-def visuals(urdf: Element, link: str) -> Iterator[tuple[PlacedShape, str]]:
+def visuals(link: Link) -> Iterator[tuple[PlacedShape, str]]:
     """Yield the primitive visual bodies of a link, in its frame, and their colours."""
-    materials = {material.get("name"): material for material in urdf.findall("material")}
-    for visual in (v for each in urdf.findall("link") if each.get("name") == link for v in each.findall("visual")):
-        material = visual.find("material")
-        if material is not None and material.find("color") is None:
-            material = materials.get(material.get("name"))
-        colour = None if material is None else material.find("color")
-        at = _origin(visual)
-        placement = coal.Transform3s(at.rotation, at.translation)
-        shape = _primitive(link, find(visual, "geometry/*"))
-        if shape is not None:
-            yield PlacedShape(shape, placement), PLAIN if colour is None else colour.attrib["rgba"]
-
-
-def _primitive(link: str, element: Element) -> coal.ShapeBase | None:
-    """Return a shape of a URDF; None of a mesh.
-
-    Raises:
-        InvalidInput: If it is a shape that URDF does not have.
-    """
-    size = {name: [float(x) for x in element.get(name, "").split()] for name in ("size", "radius", "length")}
-    match element.tag:
-        case "box":
-            return coal.Box(*size["size"])
-        case "cylinder":
-            return coal.Cylinder(*size["radius"], *size["length"])
-        case "sphere":
-            return coal.Sphere(*size["radius"])
-        case "mesh":
-            return None
-        case tag:
-            raise InvalidInput(f"visual body of {link}", tag, "box, cylinder, sphere or mesh")
+    for body in link.visuals:
+        if not isinstance(body.shape, MeshFile):
+            placement = coal.Transform3s(body.placement.rotation, body.placement.translation)
+            yield PlacedShape(body.shape, placement), PLAIN if body.rgba is None else numbers(body.rgba)
 
 
 def shape_attributes(placed: PlacedShape) -> dict[str, str]:
@@ -162,13 +156,6 @@ def shape_attributes(placed: PlacedShape) -> dict[str, str]:
         case _:
             raise TypeError(f"MJCF has no {type(shape).__name__}")
     return {"type": kind, "size": numbers(size), **_place(at)}
-
-
-def _origin(element: Element) -> pin.SE3:
-    """Return the `<origin>` of an element of a URDF, which may be missing."""
-    origin = element.find("origin")
-    xyz, rpy = ("0 0 0", "0 0 0") if origin is None else (origin.get(k, "0 0 0") for k in ("xyz", "rpy"))
-    return pin.SE3(pin.rpy.rpyToMatrix(*map(float, rpy.split())), np.array(xyz.split(), float))
 
 
 def _place(at: pin.SE3) -> dict[str, str]:
