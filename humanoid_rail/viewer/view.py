@@ -9,7 +9,6 @@ from __future__ import annotations
 import meshcat
 import meshcat.transformations as mt
 import numpy as np
-import pinocchio as pin
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.model.robot import Robot
@@ -22,6 +21,7 @@ from humanoid_rail.viewer.closest_pairs import ClosestPairs, trace_clearance
 from humanoid_rail.viewer.colours import clearance_colours, hand_colour, rgb
 from humanoid_rail.viewer.connection import draw_connection
 from humanoid_rail.viewer.drawing import draw_bodies, draw_obstacle, draw_target, draw_trace
+from humanoid_rail.viewer.visual_meshes import draw_visuals
 
 FLOOR = -0.33
 """Height of the grid: under the rail, m."""
@@ -43,8 +43,7 @@ def fill_view(
     _set_up(view, middle, camera)
     world = view["world"]
     world.set_transform(mt.translation_matrix(-middle))
-    visual = pin.buildGeomFromUrdfString(robot.model, robot.urdf, pin.GeometryType.VISUAL)
-    draw_bodies(world["robot"], robot, visual)
+    draw_visuals(world["robot"], robot)
     draw_bodies(world["capsules"], robot, robot.collision_model)
     world["capsules"].set_property("visible", False)
     for i, obstacle in enumerate(scene.obstacles):
