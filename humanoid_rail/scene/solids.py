@@ -19,8 +19,9 @@ from humanoid_rail.scene.mesh_files import Triangles
 
 WELD = 1e-6
 """Vertices that are nearer to each other than this, relative to the size of the mesh, are one if that closes it."""
-ZERO_AREA = 1e-10
-"""A triangle is a line if its height is less than this, relative to the size of the mesh."""
+LINE = 1e-6
+"""A triangle is a line if its height is less than this, relative to the size of the mesh; files in single precision
+round."""
 NO_VOLUME = 1e-12
 """A closed surface of less volume than this encloses nothing, relative to the cube of its size."""
 MOST_PATCHES = 14
@@ -108,7 +109,7 @@ def _without_lines(mesh: Triangles) -> Triangles:
     """Return a mesh without those triangles of zero area that keep it open; others fill gaps that have no width."""
     size = size_of(mesh.vertices)
     longest = np.linalg.norm(mesh.corners - np.roll(mesh.corners, 1, axis=1), axis=2).max(axis=1, initial=0.0)
-    is_line = 2.0 * areas(mesh) <= ZERO_AREA * size * longest
+    is_line = 2.0 * areas(mesh) <= LINE * size * longest
     faces = mesh.faces
     while is_line.any():
         _, edge, count = _edges(faces)
@@ -209,7 +210,8 @@ def _components(pairs: Indices, number: int) -> tuple[int, Indices]:
 def _turned(faces: Indices) -> Indices:
     """Return connected triangles, each turned as its neighbours are, as far as they can be."""
     pairs, differ = _neighbours(faces)
-    n = len(faces)
+    pairs, first = np.unique(pairs, axis=0, return_index=True)  # two triangles can share all their edges
+    differ, n = differ[first], len(faces)
     graph = coo_array((np.where(differ, 2.0, 1.0), (pairs[:, 0], pairs[:, 1])), shape=(n, n)).tocsr()
     graph = graph.maximum(graph.T)
     order, before = breadth_first_order(graph, 0, directed=False)
