@@ -46,9 +46,14 @@ def solids(triangles: Triangles) -> list[Triangles]:
     for distance in (0.0, WELD * size_of(triangles.vertices)):
         if not len(rest.faces):
             return found
-        closed, rest = _closed_parts(_without_lines(_welded(rest, distance)))
-        found += closed
-        if (joined := _joined(rest)) is not None:
+        rest = _welded(rest, distance)
+        # Some come twice by mistake; others are walls between two solids, which are no walls of both together.
+        for kept in (_all, _once, _odd):
+            closed, left = _closed_parts(_without_lines(kept(rest)))
+            if closed:
+                found, rest = [*found, *closed], left
+        rest = _without_lines(rest)
+        if (joined := _closed_together(rest)) is not None:
             return [*found, *joined]
     flat, rest = _closed_parts(rest, flat=True)
     if not len(rest.faces):
@@ -105,8 +110,26 @@ def _welded(triangles: Triangles, distance: float = 0.0, apart: bool = False) ->
     return Triangles(vertices, faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)])
 
 
+def _all(mesh: Triangles) -> Triangles:
+    return mesh
+
+
+def _once(mesh: Triangles) -> Triangles:
+    """Return each triangle once."""
+    _, index = np.unique(np.sort(mesh.faces, axis=1), axis=0, return_index=True)
+    return mesh._replace(faces=mesh.faces[np.sort(index)])
+
+
+def _odd(mesh: Triangles) -> Triangles:
+    """Return the triangles that are given once, three times, ..."""
+    _, index, count = np.unique(np.sort(mesh.faces, axis=1), axis=0, return_index=True, return_counts=True)
+    return mesh._replace(faces=mesh.faces[np.sort(index[count % 2 == 1])])
+
+
 def _without_lines(mesh: Triangles) -> Triangles:
     """Return a mesh without those triangles of zero area that keep it open; others fill gaps that have no width."""
+    if not len(mesh.faces):
+        return mesh
     size = size_of(mesh.vertices)
     longest = np.linalg.norm(mesh.corners - np.roll(mesh.corners, 1, axis=1), axis=2).max(axis=1, initial=0.0)
     is_line = 2.0 * areas(mesh) <= LINE * size * longest
@@ -133,8 +156,15 @@ def _closed_parts(mesh: Triangles, flat: bool = False) -> tuple[list[Triangles],
     A part is what hangs together by edges of two triangles: so parts that share an edge are two. Those without volume
     are among the others unless they are asked for: triangles that come twice look like them.
     """
-    found, rest = [], [np.zeros((0, 3), np.int64)]
-    for faces in _connected(mesh.faces):
+    _, edge, count = _edges(mesh.faces)
+    group = _groups(mesh.faces)
+    is_open = (count[edge] == 1).any(axis=1)
+    possible = np.bincount(group, is_open, minlength=len(group)) == 0
+    if not flat:
+        possible &= np.bincount(group, minlength=len(group)) >= 4
+    # Most that cannot be closed are sorted out at once: there may be as many as triangles.
+    found, rest = [], [mesh.faces[~possible[group]]]
+    for faces in _by_group(mesh.faces[possible[group]], group[possible[group]]):
         closed = _outwards(Triangles(mesh.vertices, _turned(faces)))
         if closed is not None and (flat or has_volume(closed)):
             found.append(closed)
@@ -143,26 +173,15 @@ def _closed_parts(mesh: Triangles, flat: bool = False) -> tuple[list[Triangles],
     return found, Triangles(mesh.vertices, np.vstack(rest))
 
 
-def _joined(mesh: Triangles) -> list[Triangles] | None:
-    """Return parts that are closed with one another only; None if they are not."""
-    if not len(mesh.faces):
-        return []
-    _, index, count = np.unique(np.sort(mesh.faces, axis=1), axis=0, return_index=True, return_counts=True)
-    # Given twice by mistake; or walls between two solids, which are no walls of both together.
-    for kept in (index, index[count % 2 == 1]):
-        found, rest = _closed_parts(Triangles(mesh.vertices, mesh.faces[np.sort(kept)]))
-        if found and not len(rest.faces):
-            return found
-    return _closed_together(mesh)
-
-
 def _closed_together(mesh: Triangles) -> list[Triangles] | None:
     """Return the closed surface of patches that meet at edges of four triangles or more, each turned as it has to be.
 
     Of all ways to turn them that close the surface, it is the one that encloses most: nothing is cancelled by its
     neighbour.
     """
-    patches = [_turned(faces) for faces in _connected(mesh.faces)]
+    if not len(mesh.faces):
+        return []
+    patches = [_turned(faces) for faces in _by_group(mesh.faces, _groups(mesh.faces))]
     if len(patches) > MOST_PATCHES:
         return None
     edges, index, _ = _edges(np.vstack(patches))
@@ -181,14 +200,17 @@ def _closed_together(mesh: Triangles) -> list[Triangles] | None:
     return None if whole is None or not has_volume(whole) else [whole]
 
 
-def _connected(faces: Indices) -> Iterator[Indices]:
-    """Yield the triangles of each part."""
-    if not len(faces):
-        return
-    number, group = _components(_neighbours(faces)[0], len(faces))
+def _by_group(faces: Indices, group: Indices) -> Iterator[Indices]:
+    """Yield the triangles of each part, given the number of the part (m,) that each is in."""
     order = np.argsort(group, kind="stable")
-    for rows in np.split(order, np.cumsum(np.bincount(group, minlength=number))[:-1]):
+    begins = np.flatnonzero(np.diff(group[order], prepend=-1))
+    for rows in np.split(order, begins[1:]) if len(faces) else ():
         yield faces[rows]
+
+
+def _groups(faces: Indices) -> Indices:
+    """Return the number of the part (m,) that each triangle is in."""
+    return _components(_neighbours(faces)[0], len(faces))[1] if len(faces) else np.zeros(0, np.int64)
 
 
 def _neighbours(faces: Indices) -> tuple[Indices, NDArray[np.bool_]]:
