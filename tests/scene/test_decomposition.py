@@ -46,9 +46,12 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGKILL])
-def test_an_interrupt_ends_a_decomposition_and_its_process(sent: signal.Signals) -> None:
+def test_an_interrupt_ends_a_decomposition_and_its_process(sent: signal.Signals, tmp_path: Path) -> None:
     program = f"{ENDLESS}\ndecompose(Triangles(mesh.vertices, mesh.faces), 'mesh')"
-    with subprocess.Popen([sys.executable, "-c", program], stderr=subprocess.PIPE, text=True) as process:
+    environment = {**os.environ, "TMPDIR": str(tmp_path)}  # one that is killed leaves its temporary files
+    with subprocess.Popen(
+        [sys.executable, "-c", program], stderr=subprocess.PIPE, text=True, env=environment
+    ) as process:
         children: list[psutil.Process] = []
         while not children and process.poll() is None:
             children = psutil.Process(process.pid).children()
