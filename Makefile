@@ -6,7 +6,7 @@ ENGINE := $(wildcard engine/*.[hc]pp engine/*/*.[hc]pp)
 
 .DELETE_ON_ERROR:
 .PHONY: plan test lint docs docs-serve generate figures picture benchmark evaluation regression retiming certificates \
-	urdfs sanitize clean
+	urdfs meshes sanitize clean
 
 plan: $(VENV)/plan-installed
 	@echo "A kitting round, several targets one after the other, retimed for a drive:"
@@ -72,6 +72,10 @@ certificates: $(VENV)/test-installed
 # 10,000 random URDFs, most of them spoiled: each loads whole or is refused by name. A minute or two.
 urdfs: $(VENV)/test-installed
 	$(BIN)/python -m validation.check_urdfs
+
+# The convex pieces of 100 random meshes in files of all formats against formulas of their parts: minutes on two cores.
+meshes: $(VENV)/test-installed
+	$(BIN)/python -m validation.check_meshes
 
 # The tests of the native engine under AddressSanitizer and UndefinedBehaviorSanitizer, with GCC, in an environment of
 # its own. The interpreter itself is not looked at, and never gives back all of its memory.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Protocol
@@ -66,6 +66,14 @@ LINKS = {"base_link": "B", "carriage": "rs", "waist": "T1", "lower_torso": "T2",
 }
 LINKS |= {"left_hand": "pL", "right_hand": "pR"}
 """The paper's frame of every URDF link."""
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Keep convex pieces of meshes in a folder of the tests, which all their processes share."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.getbasetemp().parent / "cache"))
+        yield
 
 
 @pytest.fixture(scope="session")

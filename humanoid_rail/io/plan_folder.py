@@ -7,15 +7,19 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from humanoid_rail.errors import InvalidInput
 from humanoid_rail.io.trajectory_files import read_trajectory, write_trajectory
 from humanoid_rail.model.library import paper_robot
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.scene.mesh_files import WITHOUT_REFERENCES, off_bytes, read_triangles
+from humanoid_rail.scene.obstacles import Mesh
 from humanoid_rail.scene.scene import Scene, check_scene, load_scene, make_scene
 from humanoid_rail.trajectory import Trajectory
 
 SCENE = "scene.json"
-"""A scene file with all that has a default written out; mesh files are copied beside it."""
+"""A scene file with all that has a default written out. Mesh files are beside it, as copies or as OFF."""
 ROBOT = "robot.urdf"
 """The URDF that the paper's robot was built from."""
 
@@ -42,19 +46,14 @@ def write_plan(plan: Plan, folder: str | Path, extra: Iterable[tuple[str, str]] 
         The files written.
 
     Raises:
-        InvalidInput: If the folder cannot be written to, or a mesh file is gone.
+        InvalidInput: If the folder cannot be written to, or a mesh file is gone or has changed.
     """
     scene, meshes = plan.scene.model_dump(mode="json"), dict[str, bytes]()
-    for number, obstacle in enumerate(scene["obstacles"]):
-        if "file" in obstacle:
-            mesh = Path(obstacle["file"])
-            obstacle["file"] = f"mesh-{number}{mesh.suffix}"
-            try:
-                meshes[obstacle["file"]] = mesh.read_bytes()
-            except OSError as error:
-                raise InvalidInput(
-                    f"obstacles[{number}].file", str(mesh), f"a file that is still there ({error})"
-                ) from error
+    for number, obstacle in enumerate(plan.scene.obstacles):
+        if isinstance(obstacle, Mesh):
+            name, content = _mesh(obstacle, number)
+            meshes[name] = content
+            scene["obstacles"][number]["file"] = name
     text = json.dumps(scene, indent=2, ensure_ascii=False) + "\n"
     texts = {SCENE: text, ROBOT: plan.robot.urdf, **dict(extra)}
     return write_trajectory(plan.trajectory, folder, {**meshes, **{name: t.encode() for name, t in texts.items()}})
@@ -88,6 +87,21 @@ def read_plan(folder: str | Path, scene_file: str | None = None, robot_file: str
         error.source = source
         raise
     return Plan(robot, scene, trajectory)
+
+
+def _mesh(obstacle: Mesh, number: int) -> tuple[str, bytes]:
+    """Return the name and content of a file that holds a mesh without any other: the file itself, or its triangles."""
+    path, field = Path(obstacle.file), f"obstacles[{number}].file"
+    suffix = path.suffix.lower()
+    try:
+        pieces = obstacle.model_copy().pieces
+        own = suffix in WITHOUT_REFERENCES
+        content = path.read_bytes() if own else off_bytes(read_triangles(obstacle.file))
+    except (OSError, ValueError) as error:
+        raise InvalidInput(field, obstacle.file, f"a file that is still there ({error})") from error
+    if len(pieces) != len(obstacle.pieces) or not all(map(np.array_equal, pieces, obstacle.pieces)):
+        raise InvalidInput(field, obstacle.file, "a file that has not changed since the scene was loaded")
+    return f"mesh-{number}{suffix if own else '.off'}", content
 
 
 def _robot(file: str) -> Robot:

@@ -9,7 +9,7 @@ import coal
 import numpy as np
 import pinocchio as pin
 
-from humanoid_rail._arrays import Array
+from humanoid_rail._arrays import Array, triple
 from humanoid_rail.errors import MISSING, InvalidInput
 from humanoid_rail.model.urdf_elements import Node
 
@@ -24,6 +24,8 @@ class MeshFile:
 
     filename: str
     """As it is written, for example `package://cell/gripper.stl`."""
+    scale: tuple[float, float, float]
+    """Factors along its axes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,8 +135,7 @@ def _shape(node: Node, is_capsule: bool) -> coal.ShapeBase | MeshFile:
             node.need_version(1.1, "<capsule>")
             return coal.Capsule(node.number("radius", least=0.0), node.number("length", above=0.0))
         case _:
-            node.numbers("scale", 3, (1.0, 1.0, 1.0))
-            return MeshFile(node.text("filename"))
+            return MeshFile(node.text("filename"), triple(node.numbers("scale", 3, (1.0, 1.0, 1.0))))
 
 
 def _inertial(node: Node) -> Inertial:

@@ -16,7 +16,7 @@ from humanoid_rail.result import Status
 
 SHORTEST_REACH = 0.1
 """Arms have to reach at least this far, m."""
-LONGEST_REACH = 5000.0
+LONGEST_REACH = 1000.0
 """Arms may reach at most this far, m."""
 LARGEST_SHARES = {"tolerance": 0.25, "safety_distance": 1.0}
 """These options, in m, may be at most such shares of what the shortest arm reaches."""

@@ -2,67 +2,106 @@
 
 from __future__ import annotations
 
+import warnings
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial import ConvexHull, QhullError
 
 from humanoid_rail._arrays import Array, frozen
+from humanoid_rail.scene.coverage import farthest_outside, points_in, points_on
+from humanoid_rail.scene.decomposition import decompose, forget
+from humanoid_rail.scene.enclosing_hull import enclosing_hull
+from humanoid_rail.scene.mesh_files import Triangles, read_triangles, stamps
+from humanoid_rail.scene.solids import size_of, solids, volume
 
 Pieces = tuple[Array, ...]
 """Vertices (k, 3) of convex bodies, in m."""
 
-CONCAVITY = 0.05
-"""CoACD leaves at most this concavity in a piece, relative to the size of the mesh."""
+CONVEX = 1e-6
+"""A solid is convex if its convex hull is larger by no more than this share of its volume."""
+TOLERANCE = 1e-3
+"""No point of a mesh may be farther outside of its pieces than this, relative to the size of the mesh."""
 THINNEST = 1e-5
-"""A mesh that is thinner than this has no inside to speak of, m."""
+"""A solid that is thinner than this has no inside to speak of, m."""
+LARGE = 100.0
+"""A mesh that is larger than this is probably not in metres, m."""
 
 
 def convex_pieces(file: str, scale: tuple[float, float, float]) -> Pieces:
-    """Return convex bodies that together cover the solid inside a mesh, to within about 1e-4 of its size.
+    """Return convex bodies that together cover the solids inside a mesh, to within :data:`TOLERANCE` of its size.
 
-    The decomposition is CoACD's (Wei, Liu, Ling, Su, "Approximate convex decomposition for 3D meshes with
-    collision-aware concavity and tree search", 2022): it cuts the mesh by planes and takes the convex hull of each
-    part. A convex mesh stays one piece.
+    The solids are what the closed surfaces of the mesh enclose, whichever way their triangles face; a cavity counts as
+    solid. A convex solid is one piece. The others are decomposed, each by itself, by CoACD (Wei, Liu, Ling, Su,
+    "Approximate convex decomposition for 3D meshes with collision-aware concavity and tree search", 2022): it cuts
+    them by planes and takes the convex hull of each part. Points on and in the mesh are then looked for in the pieces.
 
     Args:
-        file: Path of a closed triangle mesh.
-        scale: Factors along the mesh's axes.
+        file: Path of a mesh all of whose parts are closed.
+        scale: Factors along the axes, once z is up.
 
     Raises:
-        ValueError: If the file is not a mesh or the mesh is not closed; the message says what would be valid.
+        ValueError: If the file is not a mesh, the mesh is not closed, or its pieces do not cover it; the message says
+            what would be valid.
     """
-    return _decompose(file, scale, Path(file).stat().st_mtime_ns)
+    return _convex_pieces(file, scale, stamps(file))
 
 
 @lru_cache(maxsize=64)
-def _decompose(file: str, scale: tuple[float, float, float], _modified: int) -> Pieces:
-    # Here, not above: they take a second to import and few scenes hold a mesh.
-    import coacd
-    import trimesh
-
-    try:
-        mesh = trimesh.load_mesh(file)
-    except Exception as error:  # trimesh's readers raise whatever their formats make them raise
-        raise ValueError(f"a mesh file that trimesh can read ({error})") from error
-    if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
-        raise ValueError("a file that holds a triangle mesh")
-    mesh.apply_transform(np.diag([*scale, 1.0]))
-    if not np.isfinite(mesh.vertices).all():
-        raise ValueError("a mesh with finite vertices")
-    if not mesh.is_watertight:
-        raise ValueError("a closed (watertight) mesh: an open one has no inside")
-    if _thickness(mesh.vertices) < THINNEST:
+def _convex_pieces(file: str, scale: tuple[float, float, float], _stamps: object) -> Pieces:
+    vertices, faces = read_triangles(file)
+    triangles = Triangles(vertices * np.array(scale), faces)
+    if _thickness(triangles.vertices[np.unique(faces)]) < THINNEST:
         raise ValueError(f"a mesh at least {THINNEST:g} m thick in every direction")
+    size = size_of(triangles.vertices[np.unique(faces)])
+    if size > LARGE:
+        what = f"{Path(file).name} is {size:.6g} m large; if its numbers are millimetres, give it the scale 0.001"
+        warnings.warn(what, stacklevel=2)
+    pieces = [piece for solid in _largest_first(solids(triangles)) for piece in _pieces_of(solid, size, file)]
+    outer = [piece for i, piece in enumerate(pieces) if not _is_inside(piece, pieces[:i])]
+    # The whole mesh again: no part of it may have been lost, such as a sheet without an inside.
+    missing = farthest_outside(points_on(triangles, np.random.default_rng(0)), outer)
+    if missing > max(TOLERANCE * size, THINNEST):
+        raise ValueError(
+            f"a mesh whose parts are all {THINNEST:g} m thick at least: some of its surface is {missing:.3g} m "
+            f"outside of all solids; the tolerance is {TOLERANCE * size:.3g} m"
+        )
+    return tuple(map(frozen, outer))
+
+
+def _pieces_of(solid: Triangles, size: float, file: str) -> list[Array]:
+    """Return convex bodies that cover a solid of a mesh of this size, m; none if it is too thin to have an inside."""
+    if _thickness(solid.vertices) < THINNEST:
+        return []
     try:
-        if mesh.is_convex:
-            return (frozen(mesh.convex_hull.vertices),)
-        coacd.set_log_level("error")
-        parts = coacd.run_coacd(coacd.Mesh(mesh.vertices, mesh.faces), threshold=CONCAVITY, seed=0)
-    except Exception as error:
-        raise ValueError(f"a mesh that can be cut into convex pieces ({error})") from error
-    # Where cuts run along faces, flakes without volume can be left over.
-    return tuple(frozen(vertices) for vertices, _ in parts if _thickness(vertices) >= THINNEST)
+        if volume(solid.centred) >= (1.0 - CONVEX) * ConvexHull(solid.vertices).volume:
+            return [enclosing_hull(solid.vertices)]
+        found = decompose(solid, Path(file).name)
+        # Where cuts run along faces, flakes without volume can be left over.
+        pieces = [enclosing_hull(vertices) for vertices in found if _thickness(vertices) >= THINNEST]
+    except QhullError as error:
+        raise ValueError(f"a mesh that can be cut into convex pieces ({str(error).splitlines()[0]})") from error
+    rng = np.random.default_rng(0)
+    missing = farthest_outside(np.vstack([points_on(solid, rng), points_in(solid, rng)]), pieces)
+    if missing > TOLERANCE * size:
+        forget(solid)
+        raise ValueError(
+            f"a mesh that can be cut into convex pieces: they leave out points up to {missing:.3g} m deep, and the "
+            f"tolerance is {TOLERANCE * size:.3g} m; one that consists of convex parts needs no cutting"
+        )
+    return pieces
+
+
+def _largest_first(parts: list[Triangles]) -> list[Triangles]:
+    return sorted(parts, key=lambda part: -volume(part.centred))
+
+
+def _is_inside(piece: Array, others: list[Array]) -> bool:
+    """Return whether a convex body is inside one of others, which makes it superfluous."""
+    low, high = piece.min(axis=0), piece.max(axis=0)
+    around = (o for o in others if (o.min(axis=0) <= low).all() and (o.max(axis=0) >= high).all())
+    return any(farthest_outside(piece, [other]) == 0.0 for other in around)
 
 
 def _thickness(vertices: Array) -> float:

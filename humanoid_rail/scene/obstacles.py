@@ -119,17 +119,18 @@ class HalfSpace(_Obstacle):
 
 
 class Mesh(_Obstacle):
-    """The solid inside a closed triangle mesh, as the convex pieces it is made of."""
+    """The solids inside closed triangle meshes, as the convex pieces they are made of. Cavities are solid."""
 
     type: Literal["mesh"] = "mesh"
     file: str
-    """Any format that trimesh reads; relative to the scene file (in Python to the working directory)."""
+    """Any format that trimesh reads; relative to the scene file (in Python to the working directory). Metres with z up,
+    unless the format says otherwise: glTF has y up, COLLADA names its unit and axis."""
     center: Vector
     """Where the mesh's origin is, m."""
     rpy: Vector = (0.0, 0.0, 0.0)
     """Rotation about the fixed axes x, y, z in this order, as in URDF, rad."""
     scale: Annotated[Positive | Size, BeforeValidator(_factors)] = 1.0
-    """One factor, or one for each axis of the mesh."""
+    """One factor, or one for each axis of the mesh once z is up: 0.001 if its numbers are millimetres."""
 
     # Plain numbers, so that scenes can be compared.
     _pieces: tuple[tuple[tuple[float, ...], ...], ...] = PrivateAttr(default=())

@@ -21,7 +21,7 @@ from humanoid_rail.viewer.closest_pairs import ClosestPairs, trace_clearance
 from humanoid_rail.viewer.colours import clearance_colours, hand_colour, rgb
 from humanoid_rail.viewer.connection import draw_connection
 from humanoid_rail.viewer.drawing import draw_bodies, draw_obstacle, draw_target, draw_trace
-from humanoid_rail.viewer.visual_bodies import visual_bodies
+from humanoid_rail.viewer.visual_meshes import draw_visuals
 
 FLOOR = -0.33
 """The grid is drawn at this height, under the rail, m."""
@@ -43,7 +43,7 @@ def fill_view(
     _set_up(view, middle, camera)
     world = view["world"]
     world.set_transform(mt.translation_matrix(-middle))
-    draw_bodies(world["robot"], robot, visual_bodies(robot))
+    draw_visuals(world["robot"], robot)
     draw_bodies(world["capsules"], robot, robot.collision_model)
     world["capsules"].set_property("visible", False)
     for i, obstacle in enumerate(scene.obstacles):

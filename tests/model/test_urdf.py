@@ -254,7 +254,7 @@ def test_limits_of_acceleration_and_jerk(attributes: str, acceleration: float, j
 
 def test_limits_that_may_be_in_degrees_are_warned_of(recwarn: pytest.WarningsRecorder) -> None:
     of(limited(LIMIT.replace('"-1"', '"-6.283185307"')))
-    of(limited(LIMIT.replace('"-1"', '"2"')))  # a joint that is held
+    of(limited(LIMIT.replace('"-1"', '"0.25"').replace('upper="2"', 'upper="0.25"')))  # a joint that is held
     assert not recwarn.list
     with pytest.warns(UserWarning, match="joint one turns from -170 to 2 rad"):
         of(limited(LIMIT.replace('"-1"', '"-170"')))

@@ -29,7 +29,7 @@ def scaled_scene(scale: float) -> Scene:
     return Scene(name="scaled", targets={hand: at(*point) for hand, point in AHEAD.items()}, obstacles=obstacles)
 
 
-@pytest.mark.parametrize("scale", [0.06, 0.1, 1.0, 10.0, 1000.0])
+@pytest.mark.parametrize("scale", [0.06, 0.1, 1.0, 10.0, 400.0])
 def test_scaled_scenes_are_solved(scale: float) -> None:
     trajectory = plan(scaled_robot(scale), scaled_scene(scale))
     assert trajectory.status == "reached"
@@ -40,9 +40,9 @@ def test_scaled_scenes_are_solved(scale: float) -> None:
 
 
 @pytest.mark.parametrize("method", [Auto(), SafeVelocity(), Auto(tolerance=1e-6, safety_distance=1e-6)])
-@pytest.mark.parametrize("scale", [1e-4, 1e-3, 1e-2, 2700.0])
+@pytest.mark.parametrize("scale", [1e-4, 1e-3, 1e-2, 700.0])
 def test_sizes_beyond_the_range_are_refused_by_name(scale: float, method: Auto | SafeVelocity) -> None:
-    with pytest.raises(InvalidInput, match=r"the reach of the arm of hands.left.*0\.1 to 5000 m"):
+    with pytest.raises(InvalidInput, match=r"the reach of the arm of hands.left.*0\.1 to 1000 m"):
         plan(scaled_robot(scale), scaled_scene(scale), method)
 
 

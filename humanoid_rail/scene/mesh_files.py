@@ -1,0 +1,151 @@
+"""Mesh files as triangles in metres, with z up."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from humanoid_rail._arrays import Array
+
+UP: dict[str, Array] = {
+    "X_UP": np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]]),
+    "Y_UP": np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]),
+    "Z_UP": np.eye(3),
+}
+"""Rotations (3, 3) from the axes of a file to those with z up, by COLLADA's name of its up axis."""
+WITHOUT_REFERENCES = frozenset({".stl", ".ply", ".off"})
+"""Files of these formats never refer to others, and their numbers are taken as they are: metres, z up."""
+
+
+class Triangles(NamedTuple):
+    """A surface of triangles."""
+
+    vertices: Array
+    """(n, 3), m."""
+    faces: NDArray[np.int64]
+    """Indices of vertices (m, 3)."""
+
+    @property
+    def corners(self) -> Array:
+        """The corners of the triangles (m, 3, 3), m."""
+        corners: Array = self.vertices[self.faces]
+        return corners
+
+    @property
+    def centred(self) -> Triangles:
+        """The same with the mean of its vertices at the origin, where volumes lose least by rounding."""
+        return self._replace(vertices=self.vertices - self.vertices.mean(axis=0))
+
+
+def read_triangles(file: str) -> Triangles:
+    """Return all triangles of a mesh file, placed as the file says, in m and with z up.
+
+    COLLADA files say what their unit and their up axis are. glTF (GLB) is in metres with y up by its specification. All
+    other formats are taken to be in metres with z up.
+
+    Args:
+        file: Path of a mesh, in any format that trimesh reads.
+
+    Raises:
+        ValueError: If the file is not a mesh; the message says what would be valid.
+    """
+    scene = load(file)
+    placed = [_placed(scene, node) for node in scene.graph.nodes_geometry]
+    placed = [part for part in placed if len(part.faces)]
+    if not placed:
+        raise ValueError("a file that holds a triangle mesh")
+    begins = np.cumsum([0, *(len(part.vertices) for part in placed)])
+    vertices = np.vstack([part.vertices for part in placed]) @ (unit(file) * upright(file)).T
+    faces = np.vstack([part.faces + begin for part, begin in zip(placed, begins[:-1], strict=True)])
+    if not np.isfinite(vertices).all():
+        raise ValueError("a mesh with finite vertices")
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        raise ValueError(f"a mesh whose triangles have corners 0 to {len(vertices) - 1}")
+    return Triangles(vertices, faces)
+
+
+def load(file: str) -> Any:
+    """Return a mesh file as trimesh's scene, its vertices as they are in the file.
+
+    Raises:
+        ValueError: If trimesh cannot read it; the message says what would be valid.
+    """
+    # Here, not above: it takes a second to import and few scenes hold a mesh.
+    import trimesh
+
+    try:
+        return trimesh.load_scene(file, process=False)
+    except Exception as error:  # trimesh's readers raise whatever their formats make them raise
+        raise ValueError(f"a mesh file that trimesh can read ({type(error).__name__}: {error})") from error
+
+
+def unit(file: str) -> float:
+    """Return the length of the file's unit, m: 1 unless it is COLLADA, which says."""
+    meter = _collada_asset(file, _stamp(Path(file)))[0] if _is_collada(file) else None
+    return 1.0 if meter is None else float(meter)
+
+
+def upright(file: str) -> Array:
+    """Return the rotation (3, 3) from the axes of a file to those with z up."""
+    if _is_collada(file):
+        return UP[_collada_asset(file, _stamp(Path(file)))[1] or "Y_UP"]
+    return UP["Y_UP" if Path(file).suffix.lower() in (".gltf", ".glb") else "Z_UP"]
+
+
+def off_bytes(triangles: Triangles) -> bytes:
+    """Return a file of the format OFF, which holds the triangles without any loss."""
+    lines = [f"OFF\n{len(triangles.vertices)} {len(triangles.faces)} 0"]
+    lines += [" ".join(map(repr, vertex)) for vertex in triangles.vertices.tolist()]
+    lines += [f"3 {a} {b} {c}" for a, b, c in triangles.faces.tolist()]
+    return ("\n".join(lines) + "\n").encode()
+
+
+def stamps(file: str) -> tuple[tuple[str, int, int], ...]:
+    """Return name, time of change and size of the files that a mesh's shape is in, to notice when one changes."""
+    path = Path(file)
+    names = [path]
+    if path.suffix.lower() == ".gltf":
+        try:
+            buffers = json.loads(path.read_text(encoding="utf-8")).get("buffers", [])
+            names += [path.parent / b["uri"] for b in buffers if not str(b.get("uri", "data:")).startswith("data:")]
+        except (OSError, ValueError, AttributeError, TypeError):  # who reads it says what is wrong with it
+            pass
+    return tuple((str(name), *_stamp(name)) for name in names)
+
+
+def _stamp(path: Path) -> tuple[int, int]:
+    try:
+        found = path.stat()
+    except (OSError, ValueError):  # who reads it says that it is not there
+        return 0, 0
+    return found.st_mtime_ns, found.st_size
+
+
+def _placed(scene: Any, node: str) -> Triangles:
+    """Return what hangs in a node of a scene, in the scene's frame: no triangles if it is a path or a cloud."""
+    T, name = scene.graph[node]
+    geometry = scene.geometry[name]
+    faces = np.asarray(getattr(geometry, "faces", np.zeros((0, 3))), np.int64).reshape(-1, 3)
+    return Triangles(np.asarray(geometry.vertices, float).reshape(-1, 3) @ T[:3, :3].T + T[:3, 3], faces)
+
+
+def _is_collada(file: str) -> bool:
+    return Path(file).suffix.lower() in (".dae", ".zae")
+
+
+@cache
+def _collada_asset(file: str, _stamp: tuple[int, int]) -> tuple[float | None, str | None]:
+    """Return unit in m and up axis of a COLLADA file, where it has them."""
+    import collada
+
+    try:
+        # Only the first lines matter; trimesh has read the rest.
+        asset = collada.Collada(file, ignore=[collada.DaeError]).assetInfo
+        return asset.unitmeter, asset.upaxis
+    except Exception as error:  # whatever the reader of XML raises
+        raise ValueError(f"a COLLADA file that can be read ({type(error).__name__}: {error})") from error
