@@ -13,7 +13,8 @@ from humanoid_rail._native import engine
 from humanoid_rail.kinematics.kinematics import Kinematics
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.native_tasks import native_tasks
-from humanoid_rail.kinematics.task import PointTask, count_rows
+from humanoid_rail.kinematics.task import PointTask
+from humanoid_rail.kinematics.task_stack import count_rows
 from humanoid_rail.model.library import load_robot
 from humanoid_rail.model.native_robot import native_robot
 from humanoid_rail.model.robot import Robot

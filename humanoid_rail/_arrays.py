@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from humanoid_rail.errors import InvalidInput
+
 Array = NDArray[np.float64]
 
 FARTHEST = 1e4
@@ -25,6 +27,32 @@ def triple(vector: Array) -> tuple[float, float, float]:
     """Return a vector (3,) as a tuple."""
     x, y, z = vector.tolist()
     return x, y, z
+
+
+def checked_array(
+    field: str, value: object, shape: tuple[int, ...], valid: str | None = None, *, most: float = np.inf
+) -> Array:
+    """Return finite numbers of a shape, none of them larger in size than `most`.
+
+    Args:
+        field: What errors call them.
+        value: What was given.
+        shape: The shape that they have to have.
+        valid: What errors call right; made of the shape if not given.
+        most: The largest number.
+
+    Raises:
+        InvalidInput: If the value is anything else.
+    """
+    try:
+        array: Array = np.asarray(value).astype(float, casting="same_kind")
+    except (TypeError, ValueError):  # no numbers, complex ones, or rows of different lengths
+        array = np.empty(0)
+    if array.shape != shape or not np.isfinite(array).all() or (abs(array) > most).any():
+        size = " x ".join(map(str, shape))
+        bounds = f" from {-most:g} to {most:g}" if np.isfinite(most) else ""
+        raise InvalidInput(field, value, valid or f"{size} finite numbers{bounds}")
+    return array
 
 
 class FrozenArrays:

@@ -31,7 +31,7 @@ class InvalidInput(HumanoidRailError, ValueError):
 
     def __str__(self) -> str:
         where = f"{self.source}: " if self.source else ""
-        return _one_line(f"{where}{self.field} is {_short(self.value)}; valid: {self.valid}")
+        return _one_line(f"{where}{self.field} is {short(self.value)}; valid: {self.valid}")
 
 
 class EngineMissing(HumanoidRailError, ImportError):
@@ -105,7 +105,7 @@ def check_kind(field: str, value: object, kind: type) -> None:
         raise InvalidInput(field, value, f"a {kind.__name__}")
 
 
-def _short(value: object) -> str:
+def short(value: object) -> str:
     """Return the representation of a value, cut to a readable length."""
     shortener = reprlib.Repr()
     shortener.maxstring = shortener.maxother = shortener.maxlong = 60

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from humanoid_rail._arrays import Array, FrozenArrays, frozen
-from humanoid_rail.errors import InvalidInput, check_kind
+from humanoid_rail._arrays import Array, FrozenArrays, checked_array, frozen
+from humanoid_rail.errors import check_kind
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
-from humanoid_rail.kinematics.native_tasks import check_tasks
 from humanoid_rail.kinematics.task import Task
+from humanoid_rail.kinematics.task_stack import check_tasks
 from humanoid_rail.model.position_limits import within_position_limits
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import Obstacle
@@ -44,15 +44,11 @@ class Problem(FrozenArrays):
     def __post_init__(self) -> None:
         check_kind("robot", self.robot, Robot)
         check_kind("scene", self.scene, Scene)
-        check_tasks(self.tasks)
+        check_tasks(self.tasks, self.robot)
         object.__setattr__(self, "tasks", tuple(self.tasks))
         robot = self.robot
-        try:
-            start = frozen(self.start)
-        except (TypeError, ValueError):
-            start = frozen(np.empty(0))
-        if start.shape != (robot.n,) or not np.isfinite(start).all():
-            raise InvalidInput("start", self.start, f"{robot.n} finite numbers, for {', '.join(robot.joint_names)}")
+        valid = f"{robot.n} finite numbers, for {', '.join(robot.joint_names)}"
+        start = checked_array("start", self.start, (robot.n,), valid)
         object.__setattr__(self, "start", frozen(within_position_limits(robot, start, "start")))
 
     def __getstate__(self) -> dict[str, Any]:

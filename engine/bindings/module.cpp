@@ -9,6 +9,8 @@ namespace humanoid_rail {
 
 NB_MODULE(_engine, module) {
   module.doc() = "The native engine: velocities, motions and proofs on Pinocchio and coal, in C++.";
+  // What an exception keeps at exit, a callback that it came through among others, is no leak to warn a user of.
+  nb::set_leak_warnings(false);
   module.attr("PINOCCHIO_VERSION") = PINOCCHIO_VERSION;
   module.attr("COAL_VERSION") = COAL_VERSION;
   module.attr("CONTACT") = CONTACT;

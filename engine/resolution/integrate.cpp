@@ -78,9 +78,7 @@ class Velocity {
     tasks_.error(scene_.move_hands_to(vector(q)), t, error_);
     return error_.norm();
   }
-  [[nodiscard]] bool is_held_by_singularity(double tolerance) const {
-    return method_.is_held_by_singularity(tolerance);
-  }
+  [[nodiscard]] double lost_error() const { return method_.lost_error(); }
   [[nodiscard]] int evaluations() const { return evaluations_; }
 
  private:
@@ -149,10 +147,12 @@ class Integrator {
     }
     result_.visit(end_, vector(q_), vector(q_dot));
     sample_step();
-    const bool held = velocity_.is_held_by_singularity(settings_.tolerance);
-    singular_since_ = held ? std::min(singular_since_, end_) : INFINITE;
+    const double lost = velocity_.lost_error();
+    singular_.look(end_, lost, settings_.tolerance);
     const bool exhausted = velocity_.evaluations() > settings_.max_evaluations;
-    if (end_ - singular_since_ > settings_.patience || (exhausted && held)) return Status::singular;
+    if (end_ - singular_.since > settings_.patience || (exhausted && lost > settings_.tolerance)) {
+      return Status::singular;
+    }
     if (exhausted) return Status::stalled;
     if (end_ >= settings_.max_time) return Status::time_limit;
     return std::nullopt;
@@ -194,7 +194,8 @@ class Integrator {
   double first_step_;
   Stepper stepper_;
   Coordinates q_, between_;
-  double end_ = 0.0, singular_since_ = INFINITE;
+  double end_ = 0.0;
+  SingularityWatch singular_;
   Integration result_;
 };
 

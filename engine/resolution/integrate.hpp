@@ -19,6 +19,24 @@ struct Settings {
   double planning_time = INFINITE;  // How long planning may take, s; of the safe velocity alone.
 };
 
+// While a singularity holds a motion, the error in the lost direction does not fall by this share.
+constexpr double HELD = 0.05;
+
+// How long a singularity has held a motion; resolution/integrate.py explains it.
+struct SingularityWatch {
+  double since = INFINITE;  // When it began, s.
+  double error = INFINITE;  // The error in the lost direction then, m.
+
+  // Looks at an error in the lost direction, m, at a time, s.
+  void look(double t, double lost, double tolerance) {
+    if (lost <= tolerance) {
+      *this = {};
+    } else if (lost < (1.0 - HELD) * error) {
+      *this = {t, lost};
+    }
+  }
+};
+
 enum class Status { reached, stalled, time_limit, singular, overrun, out_of_time };
 
 struct Integration {

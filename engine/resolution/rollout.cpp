@@ -62,9 +62,8 @@ class Rollout {
     const double duration = std::min(settings_.dt, settings_.max_time - t_);
     const Vector velocity = method_.velocity(here_.seen, tasks_, gains_, safety_, settings_.dt);
     ++motion_.evaluations;
-    const bool held = method_.projection.is_held_by_singularity(settings_.tolerance);
-    singular_since_ = held ? std::min(singular_since_, t_) : INFINITE;
-    if (t_ - singular_since_ > settings_.patience) return stand(Status::singular);
+    singular_.look(t_, method_.projection.lost_error(), settings_.tolerance);
+    if (t_ - singular_.since > settings_.patience) return stand(Status::singular);
     double share = choose_share(velocity, duration);
     if (share < 0.0) {
       if (!moving_ || !method_.keeps_equalities(0.0 * velocity)) return stand(Status::stalled);
@@ -186,7 +185,8 @@ class Rollout {
   std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
   Place here_, there_;
   Vector q_, next_, error_;
-  double t_ = 0.0, best_ = INFINITE, best_t_ = 0.0, singular_since_ = INFINITE;
+  double t_ = 0.0, best_ = INFINITE, best_t_ = 0.0;
+  SingularityWatch singular_;
   Integration motion_;
   std::optional<Contact> overrun_;
 };

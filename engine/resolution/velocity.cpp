@@ -46,9 +46,9 @@ void GradientProjection::set_secondary(const SceneKinematics& scene, const Obser
   }
 }
 
-bool GradientProjection::is_held_by_singularity(double tolerance) const {
+double GradientProjection::lost_error() const {
   const auto lost = pseudoinverse_.lost_direction();
-  return lost && std::abs(lost->dot(error_)) > tolerance;
+  return lost ? std::abs(lost->dot(error_)) : 0.0;
 }
 
 }  // namespace humanoid_rail

@@ -38,8 +38,8 @@ class GradientProjection {
   [[nodiscard]] const Vector& error() const { return error_; }
   // J (m, n) there.
   [[nodiscard]] const Matrix& jacobian() const { return jacobian_; }
-  // Whether more than a tolerance of the error lies in a direction that J has lost there.
-  [[nodiscard]] bool is_held_by_singularity(double tolerance) const;
+  // How much of the error lies in a direction that J has lost there, m; 0 if there is none.
+  [[nodiscard]] double lost_error() const;
 
  private:
   void set_secondary(const SceneKinematics& scene, const Observation& at, const Gains& gains);

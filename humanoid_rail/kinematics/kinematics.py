@@ -18,9 +18,10 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
-from humanoid_rail._arrays import Array
+from humanoid_rail._arrays import Array, checked_array
+from humanoid_rail.errors import checked_number
 from humanoid_rail.kinematics.manipulability import manipulability, manipulability_gradient
-from humanoid_rail.kinematics.state import Clearances, Course, Measurement, State
+from humanoid_rail.kinematics.state import Clearances, Course, Measurement, State, checked_course
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import Obstacle
 from humanoid_rail.scene.shapes import PlacedShape, placed_shapes
@@ -58,7 +59,7 @@ class Kinematics:
     @_one_at_a_time
     def state(self, q: ArrayLike, t: float = 0.0) -> State:
         """Return everything that eq. 4.9 and its constraints need to know at a configuration (n,) and a time in s."""
-        q = np.array(q, float)
+        q, t = checked_array("q", q, (self.robot.n,)), checked_number("t", t)
         robot, model, data = self.robot, self.robot.model, self._data
         full = robot.full_configuration(q)
         pin.computeJointKinematicHessians(model, data, full)
@@ -95,8 +96,8 @@ class Kinematics:
                 given in any case.
             t: Time, which matters where obstacles move, s.
         """
-        robot = self.robot
-        full = robot.full_configuration(q)
+        robot, t = self.robot, checked_number("t", t)
+        full = robot.full_configuration(checked_array("q", q, (robot.n,)))
         pin.computeJointJacobians(robot.model, self._data, full)
         self._place()
         arms = [self._hand_jacobian(hand.frame)[:3, robot.arm_columns(hand)] for hand in robot.hands]
@@ -117,8 +118,7 @@ class Kinematics:
             horizon: As for :meth:`measure`.
             t: Times (N,), which matter where obstacles move, s; 0 if not given.
         """
-        q = np.asarray(q, float)
-        times = np.zeros(len(q)) if t is None else np.asarray(t, float)
+        q, times = checked_course(self.robot, q, t)
         measured = [self.measure(row, horizon, time) for row, time in zip(q, times, strict=True)]
         return Course(
             hands=np.array([m.hands for m in measured]),

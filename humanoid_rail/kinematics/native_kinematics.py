@@ -7,9 +7,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from humanoid_rail._arrays import Array
+from humanoid_rail._arrays import Array, checked_array
 from humanoid_rail._native import engine
-from humanoid_rail.kinematics.state import Clearances, Course, Measurement, State
+from humanoid_rail.errors import checked_number
+from humanoid_rail.kinematics.state import Clearances, Course, Measurement, State, checked_course
 from humanoid_rail.model.native_robot import native_robot
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.native_obstacles import native_obstacles
@@ -38,7 +39,7 @@ class NativeKinematics:
 
     def state(self, q: ArrayLike, t: float = 0.0) -> State:
         """Return everything that eq. 4.9 and its constraints need to know at a configuration (n,) and a time in s."""
-        q = np.array(q, float)
+        q, t = checked_array("q", q, (self.robot.n,)), checked_number("t", t)
         found = self.native.state(q, t)
         n, h = self.robot.n, len(self.robot.hands)
         return State(
@@ -70,7 +71,8 @@ class NativeKinematics:
                 given in any case.
             t: Time, which matters where obstacles move, s.
         """
-        found = self.native.measure(np.array(q, float), t, horizon)
+        q, t = checked_array("q", q, (self.robot.n,)), checked_number("t", t)
+        found = self.native.measure(q, t, horizon)
         return Measurement(found.hands.reshape(-1, 3), found.manipulability, found.clearance, found.link_distance)
 
     def along(self, q: ArrayLike, horizon: float = np.inf, t: ArrayLike | None = None) -> Course:
@@ -81,7 +83,6 @@ class NativeKinematics:
             horizon: As for :meth:`measure`.
             t: Times (N,), which matter where obstacles move, s; 0 if not given.
         """
-        q = np.array(q, float, order="C")
-        times = np.zeros(len(q)) if t is None else np.array(t, float)
+        q, times = checked_course(self.robot, q, t)
         found = self.native.along(times, q, horizon)
         return Course(found.hands.reshape(len(q), -1, 3), found.manipulability, found.clearance)

@@ -9,9 +9,9 @@ import numpy as np
 
 from humanoid_rail._arrays import Array
 from humanoid_rail._native import engine
-from humanoid_rail.errors import InvalidInput
 from humanoid_rail.kinematics.state import State
 from humanoid_rail.kinematics.task import ConfigurationTask, DirectionTask, PointTask, RelativeTask, Task
+from humanoid_rail.kinematics.task_stack import check_tasks, task_error, task_jacobian
 from humanoid_rail.model.robot import Robot
 
 if TYPE_CHECKING:
@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
 NATIVE_TASKS = (PointTask, DirectionTask, RelativeTask, ConfigurationTask)
 """The native engine has these tasks itself; a class derived from one is the user's own."""
-TASK_INTERFACE = ("rows", "error", "jacobian", "drift")
-"""Whatever has these is a task."""
 StateAt = Callable[[Array, float], State]
 """Returns the state at a configuration (n,) and a time in s, for tasks and objectives that are written in Python."""
 
@@ -36,25 +34,12 @@ def native_tasks(robot: Robot, tasks: Sequence[Task], state_at: StateAt) -> _eng
     Raises:
         InvalidInput: If there is no task, or one names a hand or joint that the robot does not have.
     """
-    check_tasks(tasks)
-    stack: _engine.TaskStack = engine().TaskStack([_native(robot, task, state_at) for task in tasks])
+    check_tasks(tasks, robot)
+    stack: _engine.TaskStack = engine().TaskStack([_native(robot, task, i, state_at) for i, task in enumerate(tasks)])
     return stack
 
 
-def check_tasks(tasks: Sequence[Task]) -> None:
-    """Check that there are tasks.
-
-    Raises:
-        InvalidInput: If there is none, or one of them is no task.
-    """
-    if not isinstance(tasks, Sequence) or not tasks:
-        raise InvalidInput("tasks", tasks, "a sequence of one task or more")
-    for i, task in enumerate(tasks):
-        if not all(hasattr(task, name) for name in TASK_INTERFACE):
-            raise InvalidInput(f"tasks[{i}]", task, f"a task, with {', '.join(TASK_INTERFACE)}")
-
-
-def _native(robot: Robot, task: Task, state_at: StateAt) -> _engine.Task:
+def _native(robot: Robot, task: Task, number: int, state_at: StateAt) -> _engine.Task:
     native = engine()
     made: _engine.Task
     is_native = type(task) in NATIVE_TASKS
@@ -70,10 +55,11 @@ def _native(robot: Robot, task: Task, state_at: StateAt) -> _engine.Task:
         case ConfigurationTask() if is_native:
             made = native.ConfigurationTask(task.columns(robot), np.array(task.target, float))
         case _:
+            rows = task.rows
 
             def called_back(q: Array, t: float) -> tuple[Array, Array]:
                 state = state_at(q, t)
-                return np.asarray(task.error(state), float), np.asarray(task.jacobian(state), float)
+                return task_error(task, state, rows, number), task_jacobian(task, state, rows, number)
 
-            made = native.FunctionTask(task.rows, called_back)
+            made = native.FunctionTask(rows, called_back)
     return made

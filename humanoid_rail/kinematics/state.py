@@ -6,13 +6,14 @@ of links to check against each other. Metres and radians, in the base frame.
 
 from __future__ import annotations
 
+from collections.abc import Sized
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from humanoid_rail._arrays import Array
+from humanoid_rail._arrays import Array, checked_array
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import Obstacle
 
@@ -125,3 +126,17 @@ class KinematicsModel(Protocol):
             t: Times (N,), which matter where obstacles move, s; 0 if not given.
         """
         ...
+
+
+def checked_course(robot: Robot, q: ArrayLike, t: ArrayLike | None) -> tuple[Array, Array]:
+    """Return the configurations (N, n) of a motion, m and rad, and the times (N,), s, which are 0 if not given.
+
+    Raises:
+        InvalidInput: If they are not finite numbers of these shapes.
+    """
+    rows = len(q) if isinstance(q, Sized) else 0
+    shape = (rows, robot.n)
+    return (
+        checked_array("q", q, shape, f"one configuration or more, each of {robot.n} finite numbers"),
+        np.zeros(rows) if t is None else checked_array("t", t, (rows,), f"{rows} finite times"),
+    )

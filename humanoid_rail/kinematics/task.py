@@ -16,7 +16,7 @@ from typing import Protocol
 import numpy as np
 import pinocchio as pin
 
-from humanoid_rail._arrays import Array, triple
+from humanoid_rail._arrays import FARTHEST, Array, checked_array, triple
 from humanoid_rail.errors import InvalidInput, checked_number
 from humanoid_rail.kinematics.state import State
 from humanoid_rail.model.robot import Robot
@@ -24,6 +24,8 @@ from humanoid_rail.model.robot import Robot
 LEVER = 0.3
 """The points that give a hand its orientation are this far from its own point, m: where errors are below 1e-7 m, an
 orientation is right to 3e-7 rad."""
+SHORTEST = 1e-6
+"""Vectors that are directions have at least this length."""
 
 
 class Task(Protocol):
@@ -107,8 +109,8 @@ class DirectionTask:
     def __post_init__(self) -> None:
         _keep_vectors(self, "direction", *(["pointing"] if self.pointing is not None else []))
         for name in ("direction", "pointing"):
-            if getattr(self, name) is not None and not any(getattr(self, name)):
-                raise InvalidInput(name, getattr(self, name), "a vector that is not 0")
+            if getattr(self, name) is not None and np.linalg.norm(getattr(self, name)) < SHORTEST:
+                raise InvalidInput(name, getattr(self, name), f"a vector that is at least {SHORTEST:g} long")
         object.__setattr__(self, "lever", checked_number("lever", self.lever, above=0.0))
 
     @property
@@ -189,9 +191,12 @@ class ConfigurationTask:
     """Where each has to be, m or rad."""
 
     def __post_init__(self) -> None:
-        if len(self.joints) != len(self.target) or not self.joints:
-            raise InvalidInput("target", self.target, f"a number for each of the joints {', '.join(self.joints)}")
-        object.__setattr__(self, "target", tuple(checked_number("target", value) for value in self.target))
+        names = self.joints
+        if isinstance(names, str) or not isinstance(names, Sequence) or not names or not all(map(_is_name, names)):
+            raise InvalidInput("joints", names, "a sequence of names of joints")
+        target = checked_array("target", self.target, (len(names),), f"a number for each of {', '.join(names)}")
+        object.__setattr__(self, "joints", tuple(names))
+        object.__setattr__(self, "target", tuple(target.tolist()))
 
     @property
     def rows(self) -> int:
@@ -223,21 +228,6 @@ class ConfigurationTask:
         return np.zeros(self.rows)
 
 
-def stack_error(state: State, tasks: Sequence[Task]) -> Array:
-    """Return the errors of tasks one after the other: e (m,) of eq. 4.1 for points, m."""
-    return np.concatenate([task.error(state) for task in tasks])
-
-
-def stack_jacobian(state: State, tasks: Sequence[Task]) -> Array:
-    """Return the Jacobians of tasks one below the other (m, n)."""
-    return np.vstack([task.jacobian(state) for task in tasks])
-
-
-def count_rows(tasks: Sequence[Task]) -> int:
-    """Return the number of rows of tasks."""
-    return sum(task.rows for task in tasks)
-
-
 def hand_drift(state: State, hand: str, velocity: Array) -> tuple[Array, Array, Array]:
     """Return the linear and angular acceleration of a hand (3,) while q_dot is constant, and its angular velocity (3,).
 
@@ -267,19 +257,16 @@ def _keep_vectors(task: Task, *names: str) -> None:
         InvalidInput: If one is none.
     """
     for name in names:
-        value = getattr(task, name)
-        try:
-            vector = np.asarray(value, float)
-        except (TypeError, ValueError):
-            vector = np.empty(0)
-        if vector.shape != (3,) or not np.isfinite(vector).all():
-            raise InvalidInput(name, value, "three finite numbers")
-        object.__setattr__(task, name, triple(vector))
+        object.__setattr__(task, name, triple(checked_array(name, getattr(task, name), (3,), most=FARTHEST)))
 
 
 def _rows_of(hand: int) -> slice:
     """Return the rows of a hand in the Jacobians of a state."""
     return slice(3 * hand, 3 * hand + 3)
+
+
+def _is_name(value: object) -> bool:
+    return isinstance(value, str)
 
 
 def _unit(vector: Sequence[float]) -> Array:

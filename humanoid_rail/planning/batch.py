@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from humanoid_rail.errors import EngineMissing, HumanoidRailError, InvalidInput
+from humanoid_rail.errors import EngineMissing, HumanoidRailError, InvalidInput, short
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.methods import as_method
 from humanoid_rail.planning.options import PlanningMethod
@@ -146,7 +146,8 @@ def _plan_chunk(job: _Job, chunk: Chunk, scenes: list[Scene]) -> tuple[Chunk, li
     if os.getpid() == job.process:
         return chunk, outcomes
     # A method may hold functions that do not pickle. Who asked for the plans has it, and puts it in again.
-    return chunk, pack([_by(as_method("auto"), outcome) for outcome in outcomes], job.folder)
+    auto = as_method("auto")
+    return chunk, pack([_by(auto, _that_pickles(outcome)) for outcome in outcomes], job.folder)
 
 
 def _by(method: PlanningMethod, outcome: PlanOrError) -> PlanOrError:
@@ -167,12 +168,26 @@ def _plan_one(robot: Robot, scene: Scene, method: PlanningMethod) -> PlanOrError
     try:
         return plan(robot, scene, method)
     except Exception as error:  # whatever it is, it is this scene's result
-        return _that_pickles(error)
+        return error
+    except SystemExit as error:  # one of the user's functions must not end the process
+        return HumanoidRailError(f"SystemExit: {error}")
 
 
-def _that_pickles(error: Exception) -> Exception:
+def _that_pickles(outcome: PlanOrError) -> PlanOrError:
+    """Return an outcome that can go to another process: an exception that cannot becomes its text."""
+    if isinstance(outcome, Trajectory):
+        return outcome
     try:
-        pickle.loads(pickle.dumps(error))
-    except Exception:  # neither does what an exception carries have to pickle
-        return HumanoidRailError(f"{type(error).__name__}: {error}")
-    return error
+        pickle.loads(pickle.dumps(outcome))
+    except Exception:  # what an exception carries need not pickle
+        if isinstance(outcome, InvalidInput):
+            return InvalidInput(outcome.field, short(outcome.value), outcome.valid, outcome.source)
+        return HumanoidRailError(f"{type(outcome).__name__}: {_text(outcome)}")
+    return outcome
+
+
+def _text(error: Exception) -> str:
+    try:
+        return str(error)
+    except Exception:  # nor need it have a text
+        return "its text cannot be read"

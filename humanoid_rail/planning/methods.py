@@ -37,7 +37,7 @@ from humanoid_rail.result import Search, Status
 from humanoid_rail.scene.obstacles import at_rest
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.search.auto import Budget, as_far_as_qp, find_path, follow
-from humanoid_rail.search.exact_end import led_on
+from humanoid_rail.search.exact_end import EXACT, led_on
 from humanoid_rail.search.reachability import followed, followed_gains, turning
 
 LARGEST_SEED = 2**31 - 1
@@ -137,9 +137,10 @@ class Auto(SafeOptions):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.max_planning_time != np.inf:
+        if not (isinstance(self.max_planning_time, float) and self.max_planning_time == np.inf):
             limit = checked_number("max_planning_time", self.max_planning_time, above=0.0)
             object.__setattr__(self, "max_planning_time", limit)
+        checked_number("tolerance", self.tolerance, least=EXACT)
         object.__setattr__(self, "seed", checked_whole("seed", self.seed, 0, LARGEST_SEED))
         checks = checked_whole("max_edge_checks", self.max_edge_checks, 1, LARGEST_SEED)
         object.__setattr__(self, "max_edge_checks", checks)

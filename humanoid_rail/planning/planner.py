@@ -13,7 +13,7 @@ from humanoid_rail.collision.certifier import bound_resolution, certify, least_d
 from humanoid_rail.errors import InvalidInput, check_kind
 from humanoid_rail.kinematics.joint_limits import limit_violations, sampled
 from humanoid_rail.kinematics.state import KinematicsModel
-from humanoid_rail.kinematics.task import count_rows
+from humanoid_rail.kinematics.task_stack import count_rows
 from humanoid_rail.model.position_limits import within_position_limits
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.methods import as_method

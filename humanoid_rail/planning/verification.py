@@ -50,7 +50,7 @@ def verify(robot: Robot, scene: Scene, trajectory: SampledMotion) -> Certificate
         The certificate. Where there is contact it says where the first one is, and the bound is negative.
 
     Raises:
-        InvalidInput: If the trajectory is for another robot, or its times or configurations are not valid.
+        InvalidInput: If the trajectory has other joints than the robot, or its times or configurations are not valid.
         EngineMissing: If there is no native engine.
     """
     check_kind("robot", robot, Robot)

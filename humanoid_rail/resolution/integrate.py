@@ -15,7 +15,8 @@ from humanoid_rail._arrays import Array
 from humanoid_rail.kinematics.joint_limits import JointMotion
 from humanoid_rail.kinematics.kinematics import Kinematics
 from humanoid_rail.kinematics.state import State
-from humanoid_rail.kinematics.task import Task, count_rows, stack_error, stack_jacobian
+from humanoid_rail.kinematics.task import Task
+from humanoid_rail.kinematics.task_stack import count_rows, stack_error, stack_jacobian
 from humanoid_rail.resolution.velocity import Gains, gradient_projection, lost_direction
 from humanoid_rail.result import Status
 
@@ -26,6 +27,8 @@ MAX_EVALUATIONS = 10_000
 """After this many evaluations of q_dot a motion has stalled."""
 SINGULAR_TIME = 0.25
 """A motion may stay at a singularity that keeps a hand from its target for this long, in time constants 1 / min(K)."""
+HELD = 0.05
+"""While a singularity holds a motion, the error in the lost direction does not fall by this share."""
 ROUNDING = 1e-9
 """A last sample interval that is shorter than this share of dt is dropped."""
 
@@ -93,6 +96,25 @@ def integrate(
     return _Integrator(kinematics, start, tasks, gains, settings).run()
 
 
+@dataclass(frozen=True)
+class SingularityWatch:
+    """How long a singularity has held a motion: that is while the error in the lost direction hardly falls.
+
+    Tasks whose rows depend on each other have lost a direction everywhere; there their error falls with the others'.
+    """
+
+    since: float = np.inf
+    """When it began, s."""
+    error: float = np.inf
+    """The error then, m."""
+
+    def at(self, t: float, lost: float, tolerance: float) -> SingularityWatch:
+        """Return what is known at a time in s, when an error in m is in the lost direction."""
+        if lost <= tolerance:
+            return SingularityWatch()
+        return SingularityWatch(t, lost) if lost < (1.0 - HELD) * self.error else self
+
+
 class _Integrator:
     """One integration, step by step."""
 
@@ -111,13 +133,13 @@ class _Integrator:
         from scipy.integrate import RK45
 
         settings, start = self._settings, self._places[0]
-        left = self._distance(start)
+        left = self._distance(0.0, start)
         if left <= settings.tolerance:
             return self._ended(Status.REACHED, left)
         solver = RK45(self._velocity, 0.0, start, settings.max_time, rtol=settings.rtol, atol=settings.atol)
         self._velocities = [solver.f]
         patience = SINGULAR_TIME / self._gains.diagonal(count_rows(self._tasks)).min()
-        singular_since = np.inf
+        singular = SingularityWatch()
         while True:
             message = solver.step()
             self._evaluations = solver.nfev
@@ -126,16 +148,16 @@ class _Integrator:
             step = solver.dense_output()
             self._times.append(solver.t)
             self._steps.append(step)
-            left = self._distance(solver.y)
+            left = self._distance(solver.t, solver.y)
             if left <= settings.tolerance:
                 self._times[-1] = _time_of_arrival(step, self._distance, settings.tolerance)
                 return self._ended(Status.REACHED, left)
             self._places.append(solver.y)
             self._velocities.append(solver.f)
-            held = is_held_by_singularity(self._state(solver.t, solver.y), self._tasks, settings.tolerance)
-            singular_since = min(singular_since, solver.t) if held else np.inf
+            lost = lost_error(self._state(solver.t, solver.y), self._tasks)
+            singular = singular.at(solver.t, lost, settings.tolerance)
             exhausted = self._evaluations > MAX_EVALUATIONS
-            if solver.t - singular_since > patience or (exhausted and held):
+            if solver.t - singular.since > patience or (exhausted and lost > settings.tolerance):
                 return self._ended(Status.SINGULAR, left)
             if exhausted:
                 return self._ended(Status.STALLED, left)
@@ -151,8 +173,8 @@ class _Integrator:
     def _velocity(self, t: float, q: Array) -> Array:
         return gradient_projection(self._state(t, q), self._tasks, self._gains)
 
-    def _distance(self, q: Array) -> float:
-        return float(np.linalg.norm(stack_error(self._kinematics.state(q), self._tasks)))
+    def _distance(self, t: float, q: Array) -> float:
+        return float(np.linalg.norm(stack_error(self._kinematics.state(q, t), self._tasks)))
 
     def _ended(self, status: Status, left: float, broken: str = "") -> Integration:
         from scipy.integrate import OdeSolution
@@ -206,18 +228,18 @@ def sample_times(end: float, dt: float) -> Array:
     return np.append(regular[regular < end - ROUNDING * min(dt, end)], end)
 
 
-def _time_of_arrival(step: DenseOutput, distance: Callable[[Array], float], tolerance: float) -> float:
+def _time_of_arrival(step: DenseOutput, distance: Callable[[float, Array], float], tolerance: float) -> float:
     """Return when in an integrator's step the distance falls to the tolerance."""
     from scipy.optimize import brentq
 
     def excess(t: float) -> float:
-        return distance(step(t)) - tolerance
+        return distance(t, step(t)) - tolerance
 
     # Interpolated, the end of the step may miss by rounding what the step itself reached.
     return float(brentq(excess, step.t_old, step.t, xtol=1e-12)) if excess(step.t) < 0 else float(step.t)
 
 
-def is_held_by_singularity(state: State, tasks: Sequence[Task], tolerance: float) -> bool:
-    """Return whether more than the tolerance of e lies in a direction that J has lost."""
+def lost_error(state: State, tasks: Sequence[Task]) -> float:
+    """Return how much of e lies in a direction that J has lost, m; 0 if there is none."""
     lost = lost_direction(stack_jacobian(state, tasks))
-    return lost is not None and abs(float(lost @ stack_error(state, tasks))) > tolerance
+    return 0.0 if lost is None else abs(float(lost @ stack_error(state, tasks)))

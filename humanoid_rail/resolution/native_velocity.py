@@ -9,7 +9,8 @@ from humanoid_rail._arrays import Array
 from humanoid_rail.kinematics.joint_limits import JointMotion
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.native_tasks import native_tasks
-from humanoid_rail.kinematics.task import Task, count_rows
+from humanoid_rail.kinematics.task import Task
+from humanoid_rail.kinematics.task_stack import count_rows
 from humanoid_rail.resolution.integrate import Integration, Settings, explain
 from humanoid_rail.resolution.native_options import native_gains, native_safety, native_settings, status_of
 from humanoid_rail.resolution.qp import Safety

@@ -32,7 +32,8 @@ import numpy as np
 from humanoid_rail._arrays import Array
 from humanoid_rail.errors import InvalidInput, checked_number
 from humanoid_rail.kinematics.state import Clearances, State
-from humanoid_rail.kinematics.task import Task, stack_jacobian
+from humanoid_rail.kinematics.task import Task
+from humanoid_rail.kinematics.task_stack import stack_jacobian
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.resolution.velocity import LARGEST, Gains, gradient_projection
 

@@ -14,10 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from humanoid_rail._arrays import Array
+from humanoid_rail._arrays import Array, checked_array
 from humanoid_rail.errors import InvalidInput, checked_number
 from humanoid_rail.kinematics.state import State
-from humanoid_rail.kinematics.task import Task, stack_error, stack_jacobian
+from humanoid_rail.kinematics.task import Task
+from humanoid_rail.kinematics.task_stack import stack_error, stack_jacobian
 
 SINGULAR_VALUE = 0.1
 """The pseudo-inverse is damped where the smallest singular value of J is below this; elsewhere eq. 4.9 is exact."""
@@ -186,17 +187,8 @@ def objective_velocity(state: State, gains: Gains) -> Array:
     """
     velocity = np.zeros(state.q.size)
     for i, objective in enumerate(gains.objectives):
-        velocity += _checked_velocity(objective(state), state, f"objectives[{i}]", gains.objective_names[i])
-    return velocity
-
-
-def _checked_velocity(value: ArrayLike, state: State, field: str, name: str) -> Array:
-    try:
-        velocity: Array = np.asarray(value).astype(float, casting="same_kind")
-    except (TypeError, ValueError):  # no numbers, complex ones, or rows of different lengths
-        velocity = np.empty(0)
-    if velocity.shape != state.q.shape or not np.isfinite(velocity).all():
-        raise InvalidInput(f"{field}(state)", value, f"an array of {state.q.size} finite numbers from {name}")
+        valid = f"an array of {state.q.size} finite numbers from {gains.objective_names[i]}"
+        velocity += checked_array(f"objectives[{i}](state)", objective(state), state.q.shape, valid, most=LARGEST)
     return velocity
 
 

@@ -28,14 +28,14 @@ from humanoid_rail.errors import told_apart
 from humanoid_rail.kinematics.inverse_kinematics import InverseKinematics
 from humanoid_rail.kinematics.joint_limits import sampled
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
-from humanoid_rail.kinematics.task import count_rows
+from humanoid_rail.kinematics.task_stack import count_rows
 from humanoid_rail.problem import Problem
 from humanoid_rail.resolution.integrate import Integration, Settings
 from humanoid_rail.resolution.qp import Safety
 from humanoid_rail.resolution.rollout import rollout
 from humanoid_rail.resolution.velocity import Gains, penalty
 from humanoid_rail.result import Status
-from humanoid_rail.search.exact_end import EXACT, error_at, error_left
+from humanoid_rail.search.exact_end import EXACT, error_at, error_left, norm_of_error
 from humanoid_rail.search.goal_sampler import seeds
 from humanoid_rail.search.path_search import QP, PathSearch
 from humanoid_rail.search.reachability import TimedOut, blocked_target, followed, out_of_reach
@@ -161,6 +161,9 @@ def follow(problem: Problem, found: PathResult, settings: Settings) -> Integrati
         taken = told_apart(float(t[-1]), settings.max_time, 4)
         reason = f"the path that was found takes {taken} s, longer than what {settings.time_option} leaves"
         t, q = t[t <= settings.max_time], q[t <= settings.max_time]
+    elif (left := norm_of_error(problem, q[-1], float(t[-1]))) > settings.tolerance:
+        status = Status.STUCK
+        reason = f"|e| is {left:.3g} m at t = {t[-1]:.4g} s: goals are looked for at t = 0, and tasks depend on time"
     else:
         reason += f" at t = {t[-1]:.4g} s"
     return Integration(t, q, status, reason, found.evaluations, sampled(t, q))
@@ -195,13 +198,15 @@ def _follow_safely(
     coarse = replace(settings, dt=steps * settings.dt)
     # It keeps as far away as a path has to, so that its motion is one.
     wider = replace(safety, safety_distance=safety.safety_distance + 2 * SPARE)
+    began = time.perf_counter()
     motion = rollout(problem.native, problem.q, tasks, gains, wider, coarse)
     if _has_arrived(problem, motion):
         stays = len(motion.q) == 1 and error_at(problem, motion.q[-1]) <= EXACT
         found = PathResult(Status.REACHED, motion.reason, motion.evaluations, motion.q, found_by=QP)
         return motion, found if stays else None
     # Nearer to things, it may still get there: then its motion is the plan, as it is.
-    nearer = rollout(problem.native, problem.q, tasks, gains, safety, coarse)
+    left = max(0.0, settings.max_planning_time - (time.perf_counter() - began))
+    nearer = rollout(problem.native, problem.q, tasks, gains, safety, replace(coarse, max_planning_time=left))
     if _has_arrived(problem, nearer):
         reason = "nothing but the safe velocity gets there without coming nearer to something"
         return motion, PathResult(Status.STUCK, reason, nearer.evaluations)

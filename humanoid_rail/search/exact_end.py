@@ -10,7 +10,7 @@ from humanoid_rail._arrays import Array
 from humanoid_rail.collision.edge_checker import EdgeChecker
 from humanoid_rail.kinematics.inverse_kinematics import InverseKinematics
 from humanoid_rail.kinematics.joint_limits import sampled
-from humanoid_rail.kinematics.task import stack_error
+from humanoid_rail.kinematics.task_stack import stack_error
 from humanoid_rail.problem import Problem
 from humanoid_rail.resolution.integrate import Integration, Settings
 from humanoid_rail.result import Status
@@ -24,6 +24,11 @@ EXACT = 1e-6
 def error_at(problem: Problem, q: Array) -> float:
     """Return the norm of the error of the tasks that a velocity follows, at a configuration (n,), m."""
     return float(np.linalg.norm(stack_error(problem.native.state(q), followed(problem.tasks))))
+
+
+def norm_of_error(problem: Problem, q: Array, t: float) -> float:
+    """Return the norm of the error of all tasks at a configuration (n,) and a time in s, m."""
+    return float(np.linalg.norm(stack_error(problem.native.state(q, t), problem.tasks)))
 
 
 def error_left(problem: Problem, q: Array, tolerance: float) -> str:

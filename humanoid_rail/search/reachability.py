@@ -16,11 +16,12 @@ import coal
 import numpy as np
 
 from humanoid_rail._arrays import Array
-from humanoid_rail.errors import told_apart
+from humanoid_rail.errors import short, told_apart
 from humanoid_rail.kinematics.inverse_kinematics import InverseKinematics
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.state import State
-from humanoid_rail.kinematics.task import LEVER, DirectionTask, PointTask, Task, stack_error, stack_jacobian
+from humanoid_rail.kinematics.task import DirectionTask, PointTask, RelativeTask, Task
+from humanoid_rail.kinematics.task_stack import stack_error, stack_jacobian
 from humanoid_rail.model.robot import Hand, Robot
 from humanoid_rail.resolution.velocity import Gains
 from humanoid_rail.scene.obstacles import Obstacle, name_of
@@ -109,7 +110,7 @@ def out_of_reach(
 
 def followed(tasks: Sequence[Task]) -> tuple[Task, ...]:
     """Return the tasks that a velocity is to follow: all but those that turn hands, whose rows are dependent."""
-    return tuple(task for task in tasks if not _turns(task)) or tuple(tasks)
+    return tuple(task for task, kept in zip(tasks, _are_followed(tasks), strict=True) if kept)
 
 
 def followed_gains(gains: Gains, tasks: Sequence[Task]) -> Gains:
@@ -118,15 +119,18 @@ def followed_gains(gains: Gains, tasks: Sequence[Task]) -> Gains:
     Raises:
         InvalidInput: If there is not one number for all rows, or one for each.
     """
-    kept = followed(tasks)
-    rows = [task in kept for task in tasks for _ in range(task.rows)]
+    rows = [kept for task, kept in zip(tasks, _are_followed(tasks), strict=True) for _ in range(task.rows)]
     return replace(gains, gain=gains.diagonal(len(rows))[rows])
 
 
 def turning(tasks: Sequence[Task]) -> tuple[Task, ...]:
     """Return the tasks that are left to inverse kinematics because they turn hands."""
-    kept = followed(tasks)
-    return tuple(task for task in tasks if task not in kept)
+    return tuple(task for task, kept in zip(tasks, _are_followed(tasks), strict=True) if not kept)
+
+
+def _are_followed(tasks: Sequence[Task]) -> list[bool]:
+    kept = [not _turns(task) for task in tasks]
+    return kept if any(kept) else [True] * len(kept)
 
 
 def _turns(task: Task) -> bool:
@@ -194,40 +198,50 @@ class _Reach:
 def _too_far(judge: _Reach, tasks: Sequence[Task], together: float, tolerance: float) -> str:
     """Say which targets are out of reach, or that they are not in reach at once."""
     errors = [(_named(task), judge.excess([task], tolerance, REACH_SEEDS)) for task in tasks]
-    far = [f"{what} is {error:.3g} m out of reach" for what, error in errors if error]
+    far = [f"{what} is {error:.3g} {unit} out of reach" for (what, unit), error in errors if error]
     if far:
         return ", and ".join(far)
-    if not all(isinstance(task, PointTask) for task in tasks):
+    hands = [task.hand for task in tasks if isinstance(task, PointTask)]
+    if len(set(hands)) < max(2, len(tasks)):
         return f"each task can be done, but not all at once: |e| stays {together:.3g} m"
-    names = " and the ".join(judge.robot.hand_names)
-    return f"each target is in reach of its hand, but not both at once: the {names} hands stay {together:.3g} m away"
+    both = "both" if len(hands) == 2 else "all"
+    names = " and the ".join(hands)
+    return f"each target is in reach of its hand, but not {both} at once: the {names} hands stay {together:.3g} m away"
 
 
-def _named(task: Task) -> str:
-    return f"the target of the {task.hand} hand" if isinstance(task, PointTask) else f"what {task!r} asks for"
+def _named(task: Task) -> tuple[str, str]:
+    """Return what errors call a task, and the unit of its error."""
+    if isinstance(task, PointTask):
+        return f"the target of the {task.hand} hand", "m"
+    return f"what {short(task)} asks for", "m" if isinstance(task, DirectionTask | RelativeTask) else "(m or rad)"
 
 
 def _not_turned(judge: _Reach, tasks: Sequence[Task], together: float) -> str:
     """Say which hands cannot be turned as they have to be, or that they cannot be at once."""
-    on = {hand: [t for t in tasks if isinstance(t, PointTask) and t.hand == hand] for hand in judge.robot.hand_names}
-    alone = {hand: judge.excess(some, TURNED, TURN_SEEDS) for hand, some in on.items()}
+    of_hands = [task for task in tasks if isinstance(task, PointTask | DirectionTask)]
+    turned = {hand: [t for t in of_hands if t.hand == hand] for hand in judge.robot.hand_names}
+    turned = {hand: some for hand, some in turned.items() if any(map(_turns, some))}
+    alone = {hand: judge.excess(some, TURNED, TURN_SEEDS) for hand, some in turned.items()}
     far = [
-        f"the {name} hand is {_degrees(error, len(turning(on[name])))} deg from how it has to be turned"
-        for name, error in alone.items()
+        f"the {hand} hand is {_degrees(error, turned[hand])} deg from how it has to be turned"
+        for hand, error in alone.items()
         if error
     ]
     if far:
         return f"the targets are in reach, but there {', and '.join(far)}, or more"
-    left = _degrees(together, len(turning(tasks)))
-    return f"each hand can be turned as it has to be, but not both at once: {left} deg are left, or more"
+    left = f"{_degrees(together, of_hands)} deg are left, or more"
+    if len(turned) == 1:
+        return f"the {next(iter(turned))} hand can be turned as it has to be, but not with the other tasks done: {left}"
+    return f"each hand can be turned as it has to be, but not {'both' if len(turned) == 2 else 'all'} at once: {left}"
 
 
-def _degrees(error: float, levers: int) -> str:
-    """Return by how much a hand is turned wrongly, or more, if that is the error of its points in m.
+def _degrees(error: float, tasks: Sequence[PointTask | DirectionTask]) -> str:
+    """Return by how much a hand is turned wrongly, or more, if tasks have that error in m.
 
-    Turned by an angle, a hand at its target has each of its further points off by 2 LEVER sin(angle / 2), or less.
+    Turned by an angle, a hand at its target has each of its further points off by 2 lever sin(angle / 2), or less.
     """
-    return f"{np.rad2deg(2.0 * np.arcsin(min(1.0, error / (2.0 * LEVER * np.sqrt(max(1, levers)))))):.2g}"
+    levers = [task.lever if isinstance(task, DirectionTask) else float(np.linalg.norm(task.offset)) for task in tasks]
+    return f"{np.rad2deg(2.0 * np.arcsin(min(1.0, error / (2.0 * float(np.linalg.norm(levers)))))):.2g}"
 
 
 def _ball(robot: Robot, hand: Hand) -> float:

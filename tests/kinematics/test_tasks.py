@@ -30,7 +30,8 @@ from humanoid_rail import (
     solve,
 )
 from humanoid_rail import Kinematics as PythonKinematics
-from humanoid_rail.kinematics.task import LEVER, stack_error
+from humanoid_rail.kinematics.task import LEVER
+from humanoid_rail.kinematics.task_stack import stack_error
 from humanoid_rail.planning.target_tasks import tasks_of
 from humanoid_rail.resolution.native_velocity import projected_velocity
 from humanoid_rail.resolution.velocity import gradient_projection

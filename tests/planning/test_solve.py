@@ -31,7 +31,7 @@ from humanoid_rail import (
     solve,
     verify,
 )
-from humanoid_rail.kinematics.task import stack_error
+from humanoid_rail.kinematics.task_stack import stack_error
 from humanoid_rail.paper import dh_table as dh
 from humanoid_rail.planning.target_tasks import tasks_of
 

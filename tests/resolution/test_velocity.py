@@ -9,7 +9,7 @@ import pytest
 from conftest import assert_gradient, points, random_q
 
 from humanoid_rail import Gains, InvalidInput, Robot, Scene
-from humanoid_rail.kinematics.task import stack_error
+from humanoid_rail.kinematics.task_stack import stack_error
 from humanoid_rail.resolution.velocity import (
     MAX_DAMPING,
     SINGULAR_VALUE,
