@@ -15,6 +15,7 @@ from humanoid_rail.errors import InvalidInput, check_kind
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.native_tasks import check_tasks
 from humanoid_rail.kinematics.task import Task
+from humanoid_rail.model.configuration import check_within_limits
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import Obstacle
 from humanoid_rail.scene.scene import Scene
@@ -51,9 +52,7 @@ class Problem(FrozenArrays):
             start = frozen(np.empty(0))
         if start.shape != (robot.n,) or not np.isfinite(start).all():
             raise InvalidInput("start", self.start, f"{robot.n} finite numbers, for {', '.join(robot.joint_names)}")
-        for i in np.flatnonzero((start < robot.lower) | (start > robot.upper)):
-            valid = f"a position within the limits {robot.lower[i]:.6g} to {robot.upper[i]:.6g}"
-            raise InvalidInput(f"start[{i}] ({robot.joint_names[i]})", float(start[i]), valid)
+        check_within_limits(robot, start, "start")
         object.__setattr__(self, "start", start)
 
     def __getstate__(self) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from typing import SupportsFloat, TypedDict, TypeVar, Unpack
 from xml.etree import ElementTree
 
 from humanoid_rail._resources import resource
-from humanoid_rail.errors import InvalidInput, checked_number
+from humanoid_rail.errors import InvalidInput, checked_number, did_you_mean
 from humanoid_rail.model.robot import Hand, Robot, robot_from_urdf
 
 XACRO = "humanoid_rail.urdf.xacro"
@@ -177,7 +177,9 @@ def paper_robot(urdf: str) -> Robot:
 def _number(name: str, value: object, known: dict[str, str]) -> float:
     """Return the value of a xacro argument, checked."""
     if name not in known:
-        raise InvalidInput(name, value, f"one of the xacro arguments {', '.join(sorted(known))}")
+        raise InvalidInput(
+            name, value, f"one of the xacro arguments {', '.join(sorted(known))}{did_you_mean(name, known)}"
+        )
     if name == "link_radius":
         return checked_number(name, value, least=0.0)
     positive = name.startswith("l_") or name.endswith(("_velocity", "_acceleration", "_effort")) or name == "density"

@@ -13,8 +13,8 @@ from humanoid_rail.collision.spline_certifier import certify_spline
 from humanoid_rail.errors import InvalidInput, check_kind
 from humanoid_rail.kinematics.kinematics import Kinematics
 from humanoid_rail.model.robot import Robot, check_joint_names
-from humanoid_rail.scene.obstacles import FARTHEST
 from humanoid_rail.scene.scene import Scene
+from humanoid_rail.scene.validation import FARTHEST
 from humanoid_rail.trajectory import Trajectory
 
 SAME_PLACE = 1e-6

@@ -22,10 +22,7 @@ from pydantic_core import PydanticCustomError
 
 from humanoid_rail._arrays import frozen
 from humanoid_rail.scene.convex_decomposition import Pieces, convex_pieces
-from humanoid_rail.scene.validation import Frozen
-
-FARTHEST = 1e4
-"""Beyond this distance double precision no longer resolves the clearances that matter to a robot, m."""
+from humanoid_rail.scene.validation import FARTHEST, LARGEST_ANGLE, Frozen
 
 
 def plain(value: object) -> object:
@@ -58,6 +55,8 @@ def _require_type(schema: dict[str, Any]) -> None:
 Number = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST)]
 Positive = Annotated[float, Field(gt=0.0, le=FARTHEST)]
 Vector = Annotated[tuple[Number, Number, Number], BeforeValidator(_triple)]
+Angle = Annotated[float, Field(ge=-LARGEST_ANGLE, le=LARGEST_ANGLE)]
+Angles = Annotated[tuple[Angle, Angle, Angle], BeforeValidator(_triple)]
 Size = Annotated[tuple[Positive, Positive, Positive], BeforeValidator(_triple)]
 
 
@@ -93,7 +92,7 @@ class Box(_Obstacle):
     """m."""
     size: Size
     """Full edge lengths in m, before rotation."""
-    rpy: Vector = (0.0, 0.0, 0.0)
+    rpy: Angles = (0.0, 0.0, 0.0)
     """Rotation about the fixed axes x, y, z in this order, as in URDF, rad."""
 
 
@@ -107,7 +106,7 @@ class Capsule(_Obstacle):
     """m."""
     length: Positive
     """Distance between the centres of the two end spheres, m."""
-    rpy: Vector = (0.0, 0.0, 0.0)
+    rpy: Angles = (0.0, 0.0, 0.0)
     """Rotation about the fixed axes x, y, z in this order, as in URDF, rad."""
 
 
@@ -129,7 +128,7 @@ class Mesh(_Obstacle):
     """Any format that trimesh reads; relative to the scene file (in Python to the working directory)."""
     center: Vector
     """Where the mesh's origin is, m."""
-    rpy: Vector = (0.0, 0.0, 0.0)
+    rpy: Angles = (0.0, 0.0, 0.0)
     """Rotation about the fixed axes x, y, z in this order, as in URDF, rad."""
     scale: Annotated[Positive | Size, BeforeValidator(_factors)] = 1.0
     """One factor, or one for each axis of the mesh."""
