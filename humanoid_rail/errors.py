@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import difflib
 import math
 import reprlib
+from collections.abc import Iterable
 from numbers import Real
 from typing import Any
 
@@ -103,6 +105,12 @@ def check_kind(field: str, value: object, kind: type) -> None:
     """
     if not isinstance(value, kind):
         raise InvalidInput(field, value, f"a {kind.__name__}")
+
+
+def did_you_mean(name: object, known: Iterable[str]) -> str:
+    """Return what to add to the message about a name that is not known: the known name most like it, if one is."""
+    near = difflib.get_close_matches(name, list(known), n=1) if isinstance(name, str) else []
+    return f"; did you mean {near[0]}?" if near else ""
 
 
 def short(value: object) -> str:

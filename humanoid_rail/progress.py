@@ -4,17 +4,25 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rich.progress import Progress, ProgressColumn
 
 
-def progress(what: str) -> AbstractContextManager[object]:
+@contextmanager
+def progress(what: str) -> Iterator[None]:
     """Show that something is going on, on stderr if that is a terminal."""
     if not sys.stderr.isatty():
-        return nullcontext()
+        yield
+        return
     # Imported here: it is needed only where somebody looks.
-    from rich.console import Console
+    from rich.progress import SpinnerColumn, TextColumn
 
-    return Console(stderr=True).status(f"{what} ...")
+    with _shown(SpinnerColumn(), TextColumn("{task.description} ..."), transient=True) as bar:
+        bar.add_task(what, total=None)
+        yield
 
 
 @contextmanager
@@ -33,10 +41,17 @@ def progress_bar(what: str, total: int, shown: bool | None = None) -> Iterator[C
         yield lambda more: None
         return
     # Imported here: most who plan never see a bar.
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True)) as bar:
+    with _shown(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()) as bar:
         task = bar.add_task(what, total=total)
         yield lambda more: bar.advance(task, more)
+
+
+def _shown(*columns: ProgressColumn, transient: bool = False) -> Progress:
+    """Return a display on stderr. It leaves `sys.stdout` and `sys.stderr` alone, which belong to all threads."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    console = Console(stderr=True)
+    return Progress(*columns, console=console, transient=transient, redirect_stdout=False, redirect_stderr=False)

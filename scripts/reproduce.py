@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
+from io import BytesIO
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,7 +15,7 @@ from matplotlib.figure import Figure
 
 from humanoid_rail import HumanoidRailError, Status, load_robot
 from humanoid_rail.cli.console import console, print_table, run
-from humanoid_rail.io.files import check_folder
+from humanoid_rail.io.files import check_file, check_folder, write_files
 from humanoid_rail.paper.cases import (
     CASES,
     OPTIONS,
@@ -42,8 +43,9 @@ def main(folder: str, sweep: bool, readme: Path | None) -> None:
     """Reproduce section 5 of the paper: figures 2 to 10, its claims, the range of the activation distance."""
     robot, scene = load_robot(), paper_scene()
     check_folder(folder)
+    if readme is not None:
+        check_file(readme)
     out = Path(folder)
-    out.mkdir(parents=True, exist_ok=True)
     cases = {i: plan_case(robot, i) for i in CASES}
     for i, trajectory in cases.items():
         first = 3 * i - 1
@@ -117,8 +119,12 @@ def find_ranges() -> list[Sweep]:
 
 def save(figure: Figure, folder: Path, name: str) -> None:
     """Save a figure as PNG and SVG."""
+    files = {}
     for suffix in ("png", "svg"):
-        figure.savefig(folder / f"{name}.{suffix}", dpi=130)
+        buffer = BytesIO()
+        figure.savefig(buffer, format=suffix, dpi=130)
+        files[f"{name}.{suffix}"] = buffer.getvalue()
+    write_files(folder, files)
 
 
 if __name__ == "__main__":

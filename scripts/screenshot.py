@@ -13,6 +13,7 @@ from playwright.sync_api import Page, sync_playwright
 
 from humanoid_rail import HumanoidRailError, load_robot, load_scene, paper_scene, plan, plan_case, retime
 from humanoid_rail.cli.console import console, run
+from humanoid_rail.io.files import check_file, write_file
 from humanoid_rail.viewer.playback import playback_html
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
@@ -62,12 +63,13 @@ def seek(page: Page, t: float) -> None:
 
 
 @click.command()
-@click.argument("picture", type=click.Path(dir_okay=False, path_type=Path))
+@click.argument("picture", type=click.Path(path_type=Path))
 @click.option("--case", default=3, show_default=True, help="Case of the paper.")
 @click.option("--scene", "scene_file", help="A scene file instead, planned by auto and retimed.")
 @click.option("--at", default=1.9, show_default=True, help="Time of the motion, s.")
 def main(picture: Path, case: int, scene_file: str | None, at: float) -> None:
     """Plan a case of the paper and write a PICTURE of its playback page."""
+    check_file(picture)
     robot = load_robot()
     scene = paper_scene() if scene_file is None else load_scene(scene_file)
     motion = plan_case(robot, case) if scene_file is None else retime(plan(robot, scene), robot, scene)
@@ -77,8 +79,8 @@ def main(picture: Path, case: int, scene_file: str | None, at: float) -> None:
         with opened(page_file) as (page, _):
             page.evaluate("() => viewer.gui.domElement.remove()")
             seek(page, at)
-            picture.parent.mkdir(parents=True, exist_ok=True)
-            page.screenshot(path=str(picture))
+            taken = page.screenshot()
+    write_file(picture, taken)
     console().print(f"{picture}", soft_wrap=True)
 
 

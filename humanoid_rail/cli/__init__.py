@@ -8,7 +8,7 @@ import click
 
 from humanoid_rail import __version__
 from humanoid_rail.cli.console import run
-from humanoid_rail.errors import InvalidInput
+from humanoid_rail.errors import InvalidInput, did_you_mean
 
 COMMANDS = {
     "plan": "Plan a motion of both hands to their targets.",
@@ -28,7 +28,7 @@ class _Commands(click.Group):
 
     def get_command(self, ctx: click.Context, name: str) -> click.Command:
         if name not in COMMANDS:
-            raise InvalidInput("command", name, f"one of {', '.join(COMMANDS)}")
+            raise InvalidInput("command", name, f"one of {', '.join(COMMANDS)}{did_you_mean(name, COMMANDS)}")
         command: click.Command = import_module(f"{__name__}.{name}").command
         return command
 

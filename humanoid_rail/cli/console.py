@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from humanoid_rail.cli.streams import checked_output, set_up_process
 from humanoid_rail.errors import HumanoidRailError, InvalidInput
 
 if TYPE_CHECKING:
@@ -76,18 +77,27 @@ def run(command: click.Command, arguments: Sequence[str] | None = None) -> None:
 
     Args:
         command: What to run.
-        arguments: Its arguments; those of this process if not given.
+        arguments: Its arguments; if not given those of this process, which is then the command's own.
     """
+    if arguments is None:
+        set_up_process()
+    with checked_output():
+        code = _code(command, arguments)
+    sys.exit(code)
+
+
+def _code(command: click.Command, arguments: Sequence[str] | None) -> int:
+    """Return the exit code of a command that is run."""
     try:
         code = command.main(arguments, standalone_mode=False)
     except (HumanoidRailError, click.ClickException) as error:
         message = error.format_message() if isinstance(error, click.ClickException) else str(error)
         click.echo(f"error: {' '.join(message.split())}", err=True)
-        code = BAD_INPUT
+        return BAD_INPUT
     except (click.Abort, KeyboardInterrupt):
         click.echo("interrupted", err=True)
-        code = INTERRUPTED
-    sys.exit(code if isinstance(code, int) else 0)
+        return INTERRUPTED
+    return code if isinstance(code, int) else 0
 
 
 def print_table(
@@ -114,6 +124,9 @@ def write_table(name: str, columns: Sequence[str], rows: Sequence[Sequence[str]]
     Raises:
         InvalidInput: If the file does not have the marks.
     """
+    # Imported here: the help needs nothing of it.
+    from humanoid_rail.io.files import write_file
+
     lines = [columns, ["---"] * len(columns), *rows]
     markdown = "\n".join(f"| {' | '.join(line)} |" for line in lines)
     begin, end = f"<!-- {name} -->", f"<!-- /{name} -->"
@@ -121,7 +134,7 @@ def write_table(name: str, columns: Sequence[str], rows: Sequence[Sequence[str]]
     _, ended, after = rest.partition(end)
     if not (begun and ended):
         raise InvalidInput("page", str(page), f"a file with the marks {begin} and {end}")
-    page.write_text(f"{before}{begin}\n{markdown}\n{end}{after}", encoding="utf-8")
+    write_file(page, f"{before}{begin}\n{markdown}\n{end}{after}".encode())
 
 
 def has_display() -> bool:

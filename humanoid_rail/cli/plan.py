@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from shlex import quote
 from typing import Any
@@ -23,8 +24,7 @@ from humanoid_rail.cli.play import play_back
 from humanoid_rail.cli.report import report_plan
 from humanoid_rail.cli.urdf import numbers_by_name
 from humanoid_rail.errors import InvalidInput, checked_number
-from humanoid_rail.io.files import check_folder
-from humanoid_rail.io.plan_folder import Plan, write_plan
+from humanoid_rail.io.plan_folder import Plan, check_plan_folder, write_plan
 from humanoid_rail.model.library import load_robot
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.paper.cases import case_method, paper_scene
@@ -69,6 +69,7 @@ PAGE = "playback.html"
     help="Any argument of the robot: see humanoid-rail urdf -h.",
 )
 @click.option("--out", help="Folder for the trajectory, the scene, the robot and a page that plays it back.")
+@click.option("--page/--no-page", default=True, help="Of --out: whether to write the page  [yes]")
 @click.option("--view/--no-view", default=None, help="Play back in a browser  [if stdout is a terminal with a display]")
 def command(
     scene_file: str | None,
@@ -78,6 +79,7 @@ def command(
     link_radius: float | None,
     lengths: tuple[str, ...],
     out: str | None,
+    page: bool,
     view: bool | None,
     **options: Any,
 ) -> int:
@@ -91,7 +93,7 @@ def command(
     if scene_file is not None and case is not None:
         raise InvalidInput("scene", scene_file, "no scene file beside --case, which has its own scene")
     if out is not None:
-        check_folder(out)
+        check_plan_folder(out, [PAGE] if page else [])
     retiming = _checked_retiming(retimed, {name: options.pop(name) for name in RETIMING})
     chosen = method_of(method, options) if case is None else _of_case(case, method, options)
     robot = load_robot(**numbers_by_name([*lengths, *([] if link_radius is None else [f"link_radius={link_radius}"])]))
@@ -105,7 +107,7 @@ def command(
         if is_of_a_scene(error):
             error.source = scene_file  # the scene is sound in itself but not one for this robot
         raise
-    _show(robot, scene, trajectory, _title(case, scene, chosen), out, view)
+    _show(robot, scene, trajectory, _title(case, scene, chosen), out, page, view)
     return 0 if trajectory.status is Status.REACHED else 1
 
 
@@ -137,21 +139,37 @@ def _title(case: int | None, scene: Scene, method: PlanningMethod) -> str:
     )
 
 
-def _show(robot: Robot, scene: Scene, trajectory: Trajectory, title: str, out: str | None, view: bool | None) -> None:
-    """Print what came of a plan, keep it and play it back, as far as that is asked for."""
+def _show(
+    robot: Robot, scene: Scene, trajectory: Trajectory, title: str, out: str | None, page: bool, view: bool | None
+) -> None:
+    """Keep a plan, print what came of it and play it back, as far as that is asked for."""
     made = Plan(robot, scene, trajectory)
+    # Kept before anything is printed: whoever reads that may be gone.
+    written = [] if out is None else _keep(made, out, page)
     report_plan(title, trajectory)
     if out is not None:
-        written = write_plan(made, out, [(PAGE, playback_html(robot, scene, trajectory))])
         console().print(f"Written to {out}: {', '.join(path.name for path in written)}", soft_wrap=True)
     if view is None:
         view = sys.stdout.isatty() and has_display()
         if not view:
-            console().print(f"To see it: {how_to_see(out)}.", soft_wrap=True)
+            console().print(f"To see it: {how_to_see(out, page)}.", soft_wrap=True)
     if view:
         play_back(made)
 
 
-def how_to_see(out: str | None) -> str:
-    """Return how to see a plan that is kept in a folder, or nowhere."""
-    return "run again with --view" if out is None else f"open {Path(out) / PAGE}, or humanoid-rail play {quote(out)}"
+def _keep(made: Plan, out: str, page: bool) -> Sequence[Path]:
+    """Write a plan to a folder and return its files; without its page, no page of an older plan stays there."""
+    if page:
+        return write_plan(made, out, [(PAGE, playback_html(made.robot, made.scene, made.trajectory))])
+    written = write_plan(made, out)
+    (Path(out) / PAGE).unlink(missing_ok=True)
+    return written
+
+
+def how_to_see(out: str | None, page: bool = True) -> str:
+    """Return how to see a plan that is kept in a folder, with its page or without it, or nowhere."""
+    if out is None:
+        return "run again with --view"
+    folder = f"./{out}" if out.startswith("-") else out  # or else it would be an option
+    played = f"humanoid-rail play {quote(folder)}"
+    return f"open {Path(out) / PAGE}, or {played}" if page else played

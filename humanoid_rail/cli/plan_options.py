@@ -28,7 +28,7 @@ GROUPS = {
     "Equation 4.9": ("epsilon", "c_mu", "c_kappa", "gain"),
     "How fast": ("retimed", *RETIMING),
     "Samples, and when to stop": ("dt", "tolerance", "max_time"),
-    "Results": ("out", "view"),
+    "Results": ("out", "page", "view"),
 }
 """The options have these headings as groups."""
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import click
 
 from humanoid_rail._resources import resource
 from humanoid_rail.cli.console import Command
 from humanoid_rail.errors import InvalidInput
+from humanoid_rail.io.files import check_file, write_file
 from humanoid_rail.model.library import build_urdf, xacro_arguments
 
 
@@ -33,12 +33,14 @@ class _Urdf(Command):
 @click.argument("settings", nargs=-1, metavar="[NAME=VALUE]...")
 @click.option("--link-radius", metavar="R", help="The same as link_radius=R, m.")
 @click.option("--srdf", is_flag=True, help="The SRDF instead.")
-@click.option("--out", "-o", type=click.Path(dir_okay=False, path_type=Path), help="File to write instead of printing.")
-def command(settings: Sequence[str], link_radius: str | None, srdf: bool, out: Path | None) -> None:
+@click.option("--out", "-o", help="File to write instead of printing.")
+def command(settings: Sequence[str], link_radius: str | None, srdf: bool, out: str | None) -> None:
     """Print the URDF of the robot, built with arguments of robots/humanoid_rail.urdf.xacro: m, rad, s and kg.
 
     docs/robot.md says how other tools load it.
     """
+    if out is not None:
+        check_file(out)
     pairs = [*settings, *([] if link_radius is None else [f"link_radius={link_radius}"])]
     if srdf and pairs:
         raise InvalidInput("srdf", pairs[0], "no arguments of the robot beside --srdf, which does not depend on them")
@@ -49,11 +51,7 @@ def command(settings: Sequence[str], link_radius: str | None, srdf: bool, out: P
     if out is None:
         click.echo(text, nl=False)
         return
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        out.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise InvalidInput("out", str(out), f"a file that can be written ({error})") from error
+    write_file(out, text.encode())
 
 
 def numbers_by_name(pairs: Sequence[str]) -> dict[str, float]:

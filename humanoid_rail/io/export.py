@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from humanoid_rail.errors import InvalidInput, check_kind
-from humanoid_rail.io.files import write_files
+from humanoid_rail.errors import InvalidInput, check_kind, did_you_mean
+from humanoid_rail.io.files import check_file, check_folder, write_file, write_files
 from humanoid_rail.io.robot_motion import check_motion
 from humanoid_rail.io.ros import joint_trajectory, json_text, yaml_text
 from humanoid_rail.io.tables import csv_bytes, npz_bytes
@@ -40,6 +40,8 @@ class Format:
     """Writes what is to be exported and returns the files written."""
     has_passive: bool = False
     """Whether there is a choice to have the passive joints too."""
+    is_folder: bool = False
+    """Whether it is a folder instead of a file."""
 
 
 def export(
@@ -62,35 +64,39 @@ def export(
         InvalidInput: If there is no such format, the motion is not one of this robot or cannot be had in this format,
             or `out` cannot be written to.
     """
-    if not isinstance(format, str) or format not in FORMATS:
-        raise InvalidInput("format", format, f"one of {', '.join(FORMATS)}")
+    check_out(format, out)
     check_motion(trajectory, robot)
     check_kind("scene", scene, Scene)
-    if not isinstance(out, str | Path):
-        raise InvalidInput("out", out, "the name of a file, or of a folder for mujoco")
     if passive and not FORMATS[format].has_passive:
         raise InvalidInput("passive", passive, f"False with {format}, which has no passive joints to choose")
     return FORMATS[format].write(Job(trajectory, robot, scene, Path(out), passive))
 
 
-def _write_file(out: Path, content: bytes) -> tuple[Path, ...]:
-    """Write an export of one file.
+def check_out(format: str, out: str | Path) -> None:
+    """Check, before anything is computed, that an export can be written.
+
+    Args:
+        format: One of `FORMATS`.
+        out: The file to write, by `mujoco` the folder.
 
     Raises:
-        InvalidInput: If it is no name of a file, may be part of a plan, or cannot be written to.
+        InvalidInput: If there is no such format, or `out` is no such name, may be part of a plan, or cannot be written.
     """
-    if not out.name or _is_folder(out):
-        raise InvalidInput("out", str(out), "the name of a file to write, not of a folder")
-    if (out.parent / SUMMARY).exists() and out.exists():
+    if not isinstance(format, str) or format not in FORMATS:
+        raise InvalidInput("format", format, f"one of {', '.join(FORMATS)}{did_you_mean(format, FORMATS)}")
+    if not isinstance(out, str | Path):
+        raise InvalidInput("out", out, "the name of a file, or of a folder for mujoco")
+    if FORMATS[format].is_folder:
+        check_folder(out)
+        return
+    check_file(out)
+    path = Path(out)
+    if path.exists() and (path.parent / SUMMARY).exists():
         raise InvalidInput("out", str(out), "a new name: this file may be of the plan in that folder")
-    return write_files(out.parent, {out.name: content})
 
 
-def _is_folder(path: Path) -> bool:
-    try:
-        return path.is_dir()
-    except OSError:  # as where its name is too long
-        return False
+def _write_file(out: Path, content: bytes) -> tuple[Path, ...]:
+    return (write_file(out, content),)
 
 
 def _write_csv(job: Job) -> tuple[Path, ...]:
@@ -125,6 +131,8 @@ FORMATS: Mapping[str, Format] = {
     "ros-yaml": Format(
         "ROS 2 trajectory_msgs/JointTrajectory as YAML, for ros2 topic pub", _write_ros_yaml, has_passive=True
     ),
-    "mujoco": Format("a folder with a MuJoCo model of robot and scene, the motion and a player", _write_mujoco),
+    "mujoco": Format(
+        "a folder with a MuJoCo model of robot and scene, the motion and a player", _write_mujoco, is_folder=True
+    ),
 }
 """What :func:`export` can write, by name."""

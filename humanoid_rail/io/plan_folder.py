@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from humanoid_rail.errors import InvalidInput
-from humanoid_rail.io.trajectory_files import read_trajectory, write_trajectory
+from humanoid_rail.io.files import check_folder
+from humanoid_rail.io.trajectory_files import TRAJECTORY_FILES, read_trajectory, write_trajectory
 from humanoid_rail.model.library import paper_robot
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.mesh_files import WITHOUT_REFERENCES, off_bytes, read_triangles
@@ -57,6 +58,19 @@ def write_plan(plan: Plan, folder: str | Path, extra: Iterable[tuple[str, str]] 
     text = json.dumps(scene, indent=2, ensure_ascii=False) + "\n"
     texts = {SCENE: text, ROBOT: plan.robot.urdf, **dict(extra)}
     return write_trajectory(plan.trajectory, folder, {**meshes, **{name: t.encode() for name, t in texts.items()}})
+
+
+def check_plan_folder(folder: str | Path, extra: Iterable[str] = ()) -> None:
+    """Check, before anything is planned, that a plan can be written to a folder.
+
+    Args:
+        folder: The folder.
+        extra: The names of further files.
+
+    Raises:
+        InvalidInput: If it cannot.
+    """
+    check_folder(folder, [*TRAJECTORY_FILES, SCENE, ROBOT, *extra])
 
 
 def read_plan(folder: str | Path, scene_file: str | None = None, robot_file: str | None = None) -> Plan:

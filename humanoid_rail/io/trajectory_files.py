@@ -29,6 +29,10 @@ DAMAGED = (BadZipFile, RuntimeError, zlib.error)
 """What zipfile raises for files that are damaged; RuntimeError where they seem to be encrypted."""
 SUMMARY = "summary.json"
 """The file by which the folder of a plan is known."""
+SAMPLES, TABLE = "trajectory.npz", "trajectory.csv"
+"""The files with the samples, as arrays and as a table."""
+TRAJECTORY_FILES = (SAMPLES, TABLE, SUMMARY)
+"""A trajectory is written to these files."""
 
 
 def write_trajectory(
@@ -52,8 +56,8 @@ def write_trajectory(
     return write_files(
         folder,
         {
-            "trajectory.npz": npz_bytes(trajectory),
-            "trajectory.csv": csv_bytes(trajectory),
+            SAMPLES: npz_bytes(trajectory),
+            TABLE: csv_bytes(trajectory),
             **extra,
             SUMMARY: (json.dumps(trajectory.summary(), indent=2) + "\n").encode(),
         },
@@ -72,7 +76,7 @@ def read_trajectory(folder: str | Path) -> Trajectory:
     folder = Path(folder)
     try:
         summary = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
-        with np.load(folder / "trajectory.npz") as arrays:
+        with np.load(folder / SAMPLES) as arrays:
             trajectory = Trajectory(
                 _motion(summary, arrays), _samples(summary, arrays), _verdict(summary), _provenance(summary)
             )

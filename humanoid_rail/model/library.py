@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 
 from humanoid_rail._arrays import FARTHEST
 from humanoid_rail._resources import resource
-from humanoid_rail.errors import InvalidInput, checked_number
+from humanoid_rail.errors import InvalidInput, checked_number, did_you_mean
 from humanoid_rail.model.robot import Hand, Robot, robot_from_urdf
 
 XACRO = "humanoid_rail.urdf.xacro"
@@ -182,7 +182,9 @@ def paper_robot(urdf: str) -> Robot:
 def _number(name: str, value: object, known: dict[str, str]) -> float:
     """Return the value of a xacro argument, checked."""
     if name not in known:
-        raise InvalidInput(name, value, f"one of the xacro arguments {', '.join(sorted(known))}")
+        raise InvalidInput(
+            name, value, f"one of the xacro arguments {', '.join(sorted(known))}{did_you_mean(name, known)}"
+        )
     if name == "link_radius":
         return checked_number(name, value, least=0.0, most=FARTHEST)
     if name.startswith("l_"):

@@ -11,6 +11,8 @@ from humanoid_rail.model.robot import Robot
 
 ROUNDING = 1e-9
 """A position beyond a limit by at most this share of the joint's range is at the limit: rounding explains it."""
+OTHER_UNIT = 2.0 * np.pi
+"""A position beyond this may have been given in degrees or millimetres, rad or m."""
 
 
 def within_position_limits(robot: Robot, q: ArrayLike, field: str) -> Array:
@@ -22,7 +24,8 @@ def within_position_limits(robot: Robot, q: ArrayLike, field: str) -> Array:
         field: What errors call it.
 
     Raises:
-        InvalidInput: If a position is beyond a limit by more than rounding.
+        InvalidInput: If a position is beyond a limit by more than rounding; the error says so where it looks like
+            degrees or millimetres.
     """
     given, lower, upper = np.array(q, float), robot.lower, robot.upper
     span = upper - lower
@@ -30,6 +33,11 @@ def within_position_limits(robot: Robot, q: ArrayLike, field: str) -> Array:
     for i in np.flatnonzero(~((given >= lower - rounding) & (given <= upper + rounding))):
         value = float(given[i])
         low, high = (told_apart(float(limit[i]), value) for limit in (lower, upper))
-        raise InvalidInput(f"{field}[{i}] ({robot.joint_names[i]})", value, f"a position within {low} to {high}")
+        name = robot.joint_names[i]
+        slides = robot.model.joints[robot.model.getJointId(name)].shortname().startswith("JointModelP")
+        other, factor = ("millimetres", 1e-3) if slides else ("degrees", np.pi / 180.0)
+        hint = f"; given in {other}?" if abs(value) > OTHER_UNIT and lower[i] <= factor * value <= upper[i] else ""
+        valid = f"a position within {low} to {high} {'m' if slides else 'rad'}{hint}"
+        raise InvalidInput(f"{field}[{i}] ({name})", value, valid)
     within: Array = np.clip(given, lower, upper)
     return within

@@ -13,7 +13,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from humanoid_rail.errors import InvalidInput, checked_number
+from humanoid_rail.errors import InvalidInput, checked_number, did_you_mean
 from humanoid_rail.kinematics.kinematics import Kinematics
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.path_metric import path_quality
@@ -71,7 +71,9 @@ class GradientProjection(Options):
         for name in ("rtol", "atol"):
             object.__setattr__(self, name, checked_number(name, getattr(self, name), above=0.0))
         if not isinstance(self.engine, str) or self.engine not in ENGINES:
-            raise InvalidInput("engine", self.engine, f"one of {', '.join(ENGINES)}")
+            raise InvalidInput(
+                "engine", self.engine, f"one of {', '.join(ENGINES)}{did_you_mean(self.engine, ENGINES)}"
+            )
 
     def kinematics(self, problem: Problem) -> KinematicsModel:
         """Return the robot among the obstacles of a problem, in the engine that was asked for."""
@@ -201,6 +203,6 @@ def as_method(method: PlanningMethod | str) -> PlanningMethod:
     if isinstance(method, str) and method in METHODS:
         return METHODS[method]()
     if isinstance(method, str | type) or not all(hasattr(method, name) for name in METHOD_INTERFACE):
-        valid = f"one of {', '.join(METHODS)}, or an object such as Auto(seed=3)"
+        valid = f"one of {', '.join(METHODS)}, or an object such as Auto(seed=3){did_you_mean(method, METHODS)}"
         raise InvalidInput("method", method, valid)
     return method

@@ -6,11 +6,11 @@ import time
 
 import numpy as np
 
-from humanoid_rail._arrays import Array, frozen
+from humanoid_rail._arrays import frozen
 from humanoid_rail._native import why_no_engine
 from humanoid_rail.collision.certificate import Certificate
 from humanoid_rail.collision.certifier import bound_resolution, certify, least_distance
-from humanoid_rail.errors import InvalidInput, check_kind
+from humanoid_rail.errors import check_kind
 from humanoid_rail.kinematics.joint_limits import limit_violations, sampled
 from humanoid_rail.kinematics.state import KinematicsModel
 from humanoid_rail.kinematics.task_stack import count_rows
@@ -20,9 +20,9 @@ from humanoid_rail.planning.methods import as_method
 from humanoid_rail.planning.options import PlanningMethod
 from humanoid_rail.planning.segments import Segments, joined, plan_segments, segment_problem
 from humanoid_rail.planning.size import check_size, size_hint
+from humanoid_rail.planning.start import check_start
 from humanoid_rail.problem import Problem
 from humanoid_rail.result import Motion, Provenance, Samples, Status, Verdict
-from humanoid_rail.scene.obstacles import name_of
 from humanoid_rail.scene.scene import Scene, check_scene
 from humanoid_rail.trajectory import Trajectory
 
@@ -65,7 +65,7 @@ def plan(robot: Robot, scene: Scene, method: PlanningMethod | str = "auto") -> T
     first = segment_problem(robot, scene, 0, start)
     # The motion is judged with all hands, also those that have no target.
     kinematics = chosen.kinematics(first if first.robot is robot else Problem(robot, scene, first.tasks, start))
-    _check_start("initial", kinematics, scene, start, chosen)
+    check_start("initial", kinematics, scene, start, chosen.least_start())
     segments = plan_segments(first, robot, scene, chosen)
     return _result(kinematics, scene, chosen, segments, started)
 
@@ -90,7 +90,7 @@ def solve(problem: Problem, method: PlanningMethod | str = "auto") -> Trajectory
     chosen.gains.diagonal(count_rows(problem.tasks))
     check_size(problem.robot, chosen)
     kinematics = chosen.kinematics(problem)
-    _check_start("start", kinematics, problem.scene, problem.q, chosen)
+    check_start("start", kinematics, problem.scene, problem.q, chosen.least_start())
     segments = joined(problem.robot, [chosen.plan(problem)], 1)
     return _result(kinematics, problem.scene, chosen, segments, started)
 
@@ -169,22 +169,3 @@ def _held(robot: Robot) -> str:
     named = [*zip(robot.joint_names, robot.velocity_limit, strict=True), *zip(passive, limits, strict=True)]
     held = [name for name, limit in named if limit == 0.0]
     return f"; these joints have a velocity limit of 0 and stay where they are: {', '.join(held)}" if held else ""
-
-
-def _check_start(field: str, kinematics: KinematicsModel, scene: Scene, start: Array, method: PlanningMethod) -> None:
-    """Check that a start is clear of what the method keeps clear of."""
-    robot, least = kinematics.robot, method.least_start()
-    there = kinematics.measure(start, horizon=0.0)
-    rounded = [round(float(x), 6) for x in start]
-    if there.clearance.size and there.clearance.min() < least:
-        link, obstacle = np.unravel_index(there.clearance.argmin(), there.clearance.shape)
-        near = f"{robot.link_names[link]} is {_where(there.clearance.min())} {name_of(scene.obstacles, int(obstacle))}"
-        raise InvalidInput(field, rounded, f"a start clear of obstacles: {near}")
-    if least > 0 and there.self_clearance.size and there.self_clearance.min() < least:
-        one, other = robot.self_collision_pairs[int(there.self_clearance.argmin())]
-        near = f"{robot.link_names[one]} is {_where(there.self_clearance.min())} {robot.link_names[other]}"
-        raise InvalidInput(field, rounded, f"a start in which no links touch: {near}")
-
-
-def _where(clearance: float) -> str:
-    return f"{-clearance:.4g} m inside" if clearance < 0 else f"{clearance:.4g} m, too near to tell from touching, from"

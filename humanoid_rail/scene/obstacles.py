@@ -22,7 +22,7 @@ from pydantic_core import PydanticCustomError
 
 from humanoid_rail._arrays import FARTHEST, frozen
 from humanoid_rail.scene.convex_decomposition import Pieces, convex_pieces
-from humanoid_rail.scene.validation import Frozen
+from humanoid_rail.scene.validation import LARGEST_ANGLE, Frozen
 
 
 def plain(value: object) -> object:
@@ -55,6 +55,8 @@ def _require_type(schema: dict[str, Any]) -> None:
 Number = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST)]
 Positive = Annotated[float, Field(gt=0.0, le=FARTHEST)]
 Vector = Annotated[tuple[Number, Number, Number], BeforeValidator(_triple)]
+Angle = Annotated[float, Field(ge=-LARGEST_ANGLE, le=LARGEST_ANGLE)]
+Angles = Annotated[tuple[Angle, Angle, Angle], BeforeValidator(_triple)]
 Size = Annotated[tuple[Positive, Positive, Positive], BeforeValidator(_triple)]
 
 
@@ -90,7 +92,7 @@ class Box(_Obstacle):
     """Its centre, m."""
     size: Size
     """Full edge lengths in m, before rotation."""
-    rpy: Vector = (0.0, 0.0, 0.0)
+    rpy: Angles = (0.0, 0.0, 0.0)
     """Rotation about the fixed axes x, y, z in this order, as in URDF, rad."""
 
 
@@ -104,7 +106,7 @@ class Capsule(_Obstacle):
     """Its radius, m."""
     length: Positive
     """Distance between the centres of the two end spheres, m."""
-    rpy: Vector = (0.0, 0.0, 0.0)
+    rpy: Angles = (0.0, 0.0, 0.0)
     """Rotation about the fixed axes x, y, z in this order, as in URDF, rad."""
 
 
@@ -127,7 +129,7 @@ class Mesh(_Obstacle):
     unless the format says otherwise: glTF has y up, COLLADA names its unit and axis."""
     center: Vector
     """Where the mesh's origin is, m."""
-    rpy: Vector = (0.0, 0.0, 0.0)
+    rpy: Angles = (0.0, 0.0, 0.0)
     """Rotation about the fixed axes x, y, z in this order, as in URDF, rad."""
     scale: Annotated[Positive | Size, BeforeValidator(_factors)] = 1.0
     """One factor, or one for each axis of the mesh once z is up: 0.001 if its numbers are millimetres."""

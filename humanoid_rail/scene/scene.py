@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
@@ -11,7 +12,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, ValidationError
 
 from humanoid_rail._arrays import Array
-from humanoid_rail.errors import MISSING, InvalidInput
+from humanoid_rail.errors import MISSING, InvalidInput, did_you_mean
 from humanoid_rail.model.position_limits import within_position_limits
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import Number, Obstacle, plain
@@ -57,7 +58,9 @@ def load_scene(path: str | Path) -> Scene:
         raise InvalidInput("scene", str(path), f"a readable UTF-8 text file ({error})") from None
     data = _parse(text, str(path))
     if isinstance(data, dict):
-        data.setdefault("name", path.stem or "scene")
+        # Where file names are taken for ASCII, Python has other characters of them as half a surrogate pair each.
+        stem = os.fsencode(path.stem).decode("utf-8", errors="replace")
+        data.setdefault("name", stem or "scene")
     return make_scene(data, folder=path.parent, source=str(path))
 
 
@@ -91,6 +94,7 @@ def check_scene(robot: Robot, scene: Scene) -> None:
         for hand, target in step.items():
             if hand not in robot.hand_names:
                 valid = f"no such hand; the targets are for {_list(robot.hand_names)}"
+                valid += did_you_mean(hand, robot.hand_names)
                 raise InvalidInput(f"{where}.{hand}", target, valid)
             point = (0.0, 0.0, 0.0) if target is None else position(target)
             if len(point) != 3 or not all(math.isfinite(x) for x in point):

@@ -10,7 +10,7 @@ import pinocchio as pin
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
 
 from humanoid_rail._arrays import Array
-from humanoid_rail.scene.obstacles import Vector, not_zero, plain
+from humanoid_rail.scene.obstacles import Angles, Vector, not_zero, plain
 from humanoid_rail.scene.validation import Frozen
 
 
@@ -21,7 +21,7 @@ class Pose(Frozen):
     """Where the hand has to be, m."""
     approach: Annotated[Vector, AfterValidator(not_zero)] | None = None
     """Direction along which the hand has to point, of any length; it may turn about it."""
-    rpy: Vector | None = None
+    rpy: Angles | None = None
     """Orientation of the hand's frame as in URDF: roll, pitch and yaw about the fixed axes x, y, z, rad."""
 
     @model_validator(mode="after")

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import inspect
+import math
 import re
 from collections.abc import Iterator, Mapping
 from inspect import Parameter, Signature
 from typing import TYPE_CHECKING, Any, Self
 
-from pydantic import BaseModel, ConfigDict, ValidationError
-from pydantic_core import ErrorDetails, PydanticUndefined
+from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
+from pydantic_core import PydanticCustomError, PydanticUndefined
 
-from humanoid_rail.errors import MISSING, InvalidInput
+from humanoid_rail._arrays import FARTHEST
+from humanoid_rail.errors import MISSING, InvalidInput, did_you_mean
 
 if TYPE_CHECKING:  # the signatures of the models stay those that pydantic gives them
     from pydantic._internal._model_construction import ModelMetaclass as _Metaclass
@@ -21,6 +23,8 @@ else:
         """Lets `Sphere(radius=-1)` raise the same error as a scene file does, and `help(Sphere)` show what it takes."""
 
         def __call__(cls, *args: Any, **kwargs: Any) -> Any:
+            if args:
+                raise InvalidInput(cls.__name__, args, f"arguments by name: {_call_by_name(cls, args)}")
             try:
                 return super().__call__(*args, **kwargs)
             except ValidationError as error:
@@ -32,8 +36,19 @@ else:
             return [name for name in super().__dir__() if not name.startswith("_") and name not in machinery]
 
 
+LARGEST_ANGLE = 2.0 * math.pi
+"""Angles beyond a full turn are mostly degrees, rad."""
 FIELDS_HEADING = "\n\nFields:"
 """After this the docstring of a model lists its fields."""
+
+
+def _call_by_name(model: type[BaseModel], values: tuple[object, ...]) -> str:
+    """Return how a model is made of values that were given without names, those of its required fields first."""
+    names = sorted(model.model_fields, key=lambda name: not model.model_fields[name].is_required())
+    required = [name for name in names if model.model_fields[name].is_required()]
+    given = {name: repr(value) for name, value in zip(names, values, strict=False)}
+    arguments = [f"{name}={given.get(name, '...')}" for name in names if name in required or name in given]
+    return f"{model.__name__}({', '.join(arguments)})"
 
 
 def _parameter(model: type[BaseModel], name: str) -> Parameter:
@@ -61,6 +76,8 @@ def _type_name(model: type[BaseModel], field: str) -> str:
 
 TYPES = {
     "Vector": "three numbers",
+    "Angles": "three numbers",
+    "Angles | None": "three numbers or None",
     "Vector | None": "three numbers or None",
     "Size": "three numbers > 0",
     "Positive": "number > 0",
@@ -88,6 +105,20 @@ class Frozen(BaseModel, metaclass=_Metaclass):
         frozen=True, extra="forbid", strict=True, allow_inf_nan=False, use_attribute_docstrings=True
     )
 
+    @model_validator(mode="before")
+    @classmethod
+    def _know_every_key(cls, data: object) -> object:
+        """Name the first key that is not a field; mostly it is one that is missing, misspelt."""
+        if isinstance(data, Mapping):
+            for number, key in enumerate(data):
+                if isinstance(key, str) and key not in cls.model_fields:
+                    required = [name for name, field in cls.model_fields.items() if field.is_required()]
+                    missing = [name for name in required if name not in data]
+                    valid = f"no such field{did_you_mean(key, [n for n in cls.model_fields if n not in data])}"
+                    valid += f"; missing here: {', '.join(missing)}" if missing else "; see docs/scenes.md"
+                    raise PydanticCustomError("unknown_key", "{valid}", {"valid": valid, "number": number})
+        return data
+
     @classmethod
     def __pydantic_init_subclass__(cls, **_: Any) -> None:
         """Have `help` show the fields with their units, and a signature that can be read."""
@@ -111,22 +142,25 @@ class Frozen(BaseModel, metaclass=_Metaclass):
 def invalid_input(error: ValidationError, source: str | None = None) -> InvalidInput:
     """Return pydantic's error as ours: which field, what was given, what would be right.
 
-    Of several errors it is the first, but a key that does not exist goes before those that are missing: mostly it is
-    one of them, misspelt.
+    Of several errors it is the first.
     """
-    errors = error.errors(include_url=False)
-    unknown = [e for e in errors if e["type"] == "extra_forbidden"]
-    first = unknown[0] if unknown and errors[0]["type"] == "missing" else errors[0]
+    first = error.errors(include_url=False)[0]
     field, value, context = _path(first["loc"]) or "scene", first["input"], first.get("ctx", {})
     match first["type"]:
         case "missing":
             return InvalidInput(field, MISSING, "a value: this field is required", source)
-        case "extra_forbidden":
-            return InvalidInput(field, value, _no_such_field(first, errors), source)
+        case "unknown_key":
+            key, content = list(value.items())[context["number"]]
+            return InvalidInput(f"{field}.{key}".removeprefix("scene."), content, context["valid"], source)
         case "union_tag_not_found":
             return InvalidInput(f"{field}.type", MISSING, "a type, such as sphere or box", source)
         case "union_tag_invalid":
-            return InvalidInput(f"{field}.type", context["tag"], f"one of {context['expected_tags']}", source)
+            near = did_you_mean(context["tag"], re.findall(r"\w+", context["expected_tags"]))
+            return InvalidInput(f"{field}.type", context["tag"], f"one of {context['expected_tags']}{near}", source)
+        case "less_than_equal" | "greater_than_equal":
+            bound: float = abs(context.get("le", context.get("ge", 0.0)))
+            unit = {FARTHEST: "m; given in millimetres?", LARGEST_ANGLE: "rad; given in degrees?"}.get(bound, "")
+            return InvalidInput(field, value, f"a number from {-bound:.6g} to {bound:.6g} {unit}".strip(), source)
         case "value_error":
             return InvalidInput(field, value, str(context["error"]), source)
         case "mesh_file":
@@ -150,9 +184,3 @@ def _path(location: tuple[int | str, ...]) -> str:
         if not is_type:
             path += f"[{part}]" if isinstance(part, int) else f".{part}"
     return path.lstrip(".")
-
-
-def _no_such_field(unknown: ErrorDetails, errors: list[ErrorDetails]) -> str:
-    *place, _ = unknown["loc"]
-    missing = [str(e["loc"][-1]) for e in errors if e["type"] == "missing" and [*e["loc"][:-1]] == place]
-    return f"no such field; missing here: {', '.join(missing)}" if missing else "no such field; see docs/scenes.md"

@@ -39,6 +39,9 @@ TURNED = 1e-5
 POINT = 1e-9
 """A point is a ball of this radius, m."""
 
+MILLIMETRES = 30.0
+"""Targets that are farther out of reach than this may have been given in millimetres, m."""
+
 
 class TimedOut(Exception):
     """The time for planning was over before the reach was known."""
@@ -198,9 +201,14 @@ class _Reach:
 def _too_far(judge: _Reach, tasks: Sequence[Task], together: float, tolerance: float) -> str:
     """Say which targets are out of reach, or that they are not in reach at once."""
     errors = [(_named(task), judge.excess([task], tolerance, REACH_SEEDS)) for task in tasks]
-    far = [f"{what} is {error:.3g} {unit} out of reach" for (what, unit), error in errors if error]
+    far = [
+        (f"{what} is {f'{error:.3g}' if error < 100 else f'{error:.0f}'} {unit} out of reach", error)
+        for (what, unit), error in errors
+        if error
+    ]
     if far:
-        return ", and ".join(far)
+        hint = "; given in millimetres?" if max(error for _, error in far) > MILLIMETRES else ""
+        return ", and ".join(said for said, _ in far) + hint
     hands = [task.hand for task in tasks if isinstance(task, PointTask)]
     if len(set(hands)) < max(2, len(tasks)):
         return f"each task can be done, but not all at once: |e| stays {together:.3g} m"

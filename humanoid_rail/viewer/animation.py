@@ -8,11 +8,11 @@ import pinocchio as pin
 from meshcat.animation import Animation
 
 from humanoid_rail.model.robot import Robot
-from humanoid_rail.scene.obstacles import is_moving
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.trajectory import Trajectory
 from humanoid_rail.viewer.closest_pairs import ClosestPairs
 from humanoid_rail.viewer.connection import move_connection
+from humanoid_rail.viewer.drawing import moving_together
 from humanoid_rail.viewer.frames import FRAMES_PER_SECOND, frame_times
 
 
@@ -40,7 +40,7 @@ def animate(
             for kind, closest in pairs._asdict().items():
                 if closest:
                     move_connection(at[f"closest/{kind}"], closest[frame].points)
-    moving = [(i, np.array(obstacle.velocity)) for i, obstacle in enumerate(scene.obstacles) if is_moving(obstacle)]
+    moving = [(i, np.array(velocity)) for i, velocity in enumerate(moving_together(scene.obstacles)) if any(velocity)]
     end = int(np.argmax(times))
     # Obstacles move evenly, so a few frames are enough: meshcat interpolates in between.
     for frame in sorted({0, max(end - 1, 0), end, len(times) - 1}):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import coal
 import meshcat
 import meshcat.geometry as mg
@@ -11,55 +13,15 @@ import pinocchio as pin
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.model.robot import Robot
-from humanoid_rail.scene.obstacles import HalfSpace, Obstacle
+from humanoid_rail.scene.obstacles import HalfSpace, Obstacle, Vector
 from humanoid_rail.scene.shapes import PlacedShape, placed_shapes
 from humanoid_rail.viewer.colours import OBSTACLE_COLOUR, WALL_COLOUR
-from humanoid_rail.viewer.meshes import box_edges, capsule_mesh, hull_mesh
+from humanoid_rail.viewer.forms import draw_shapes
 
 DIRECTION_LENGTH = 0.45
 """The cone that shows in which direction a hand has to point is this long, m."""
 TRACE_SPACING = 0.01
 """The points of a trace are this far apart, m."""
-
-# meshcat's cylinders lie along y, those of coal and URDF along z.
-_Y_TO_Z = mt.rotation_matrix(np.pi / 2, [1, 0, 0])
-
-
-def draw_shape(view: meshcat.Visualizer, placed: PlacedShape, colour: int, opacity: float) -> None:
-    """Draw a coal shape where it is.
-
-    Raises:
-        TypeError: If the shape is none of those that a URDF or a scene can hold.
-    """
-    T = np.eye(4)
-    T[:3, :3], T[:3, 3] = placed.placement.getRotation(), placed.placement.getTranslation()
-    material = mg.MeshPhongMaterial(color=colour, opacity=opacity, transparent=opacity < 1)
-    shape = placed.shape
-    match shape:
-        case coal.Sphere():
-            view.set_object(mg.Sphere(shape.radius), material)
-        case coal.Box():
-            view.set_object(mg.Box(2 * shape.halfSide), material)
-        case coal.Cylinder():
-            view.set_object(mg.Cylinder(2 * shape.halfLength, shape.radius), material)
-            T = T @ _Y_TO_Z
-        case coal.Capsule():
-            view.set_object(capsule_mesh(shape), material)
-        case coal.Halfspace():
-            view.set_object(mg.Box([20.0, 20.0, 0.01]), material)
-            T = _surface(shape)
-        case coal.ConvexBase():
-            view.set_object(hull_mesh(np.array(shape.points())), material)
-        case _:
-            raise TypeError(f"no picture of a {type(shape).__name__}")
-    view.set_transform(T)
-
-
-def _surface(shape: coal.Halfspace) -> Array:
-    """Return the transform (4, 4) of a plate in the xy plane to the surface of a half-space."""
-    turn = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), np.array(shape.n))
-    T: Array = pin.SE3(turn, shape.d * np.array(shape.n)).homogeneous
-    return T
 
 
 def draw_bodies(view: meshcat.Visualizer, robot: Robot, bodies: pin.GeometryModel) -> None:
@@ -70,17 +32,31 @@ def draw_bodies(view: meshcat.Visualizer, robot: Robot, bodies: pin.GeometryMode
         colour = int(rgb[0]) << 16 | int(rgb[1]) << 8 | int(rgb[2])
         placement = coal.Transform3s(body.placement.rotation, body.placement.translation)
         placed = PlacedShape(body.geometry, placement)
-        draw_shape(view[f"{joint}/{body.name}"], placed, colour, float(body.meshColor[3]))
+        draw_shapes(view[f"{joint}/{body.name}"], [placed], colour, float(body.meshColor[3]))
 
 
-def draw_obstacle(view: meshcat.Visualizer, obstacle: Obstacle) -> None:
-    """Draw an obstacle, each convex piece under a node of its own."""
-    colour, opacity = (WALL_COLOUR, 0.2) if isinstance(obstacle, HalfSpace) else (OBSTACLE_COLOUR, 0.35)
-    for i, piece in enumerate(placed_shapes(obstacle)):
-        draw_shape(view[str(i)], piece, colour, opacity)
-        if isinstance(piece.shape, coal.Box):
-            edges = mg.PointsGeometry(box_edges(piece.shape).astype(np.float32))
-            view[f"{i}/edges"].set_object(mg.LineSegments(edges, mg.LineBasicMaterial(OBSTACLE_COLOUR)))
+def draw_obstacles(view: meshcat.Visualizer, obstacles: Iterable[Obstacle]) -> None:
+    """Draw obstacles: those that move alike in one node, which the animation moves.
+
+    Their number hardly matters: those of the same form are one object.
+    """
+    for number, together in enumerate(moving_together(obstacles).values()):
+        walls = [isinstance(obstacle, HalfSpace) for obstacle in together]
+        for name, are_walls, colour, opacity, order in (
+            ("walls", True, WALL_COLOUR, 0.2, -2),
+            ("bodies", False, OBSTACLE_COLOUR, 0.35, -1),
+        ):
+            alike = [obstacle for obstacle, is_wall in zip(together, walls, strict=True) if is_wall is are_walls]
+            shapes = [piece for obstacle in alike for piece in placed_shapes(obstacle)]
+            draw_shapes(view[f"{number}/{name}"], shapes, colour, opacity, order)
+
+
+def moving_together(obstacles: Iterable[Obstacle]) -> dict[Vector, list[Obstacle]]:
+    """Return obstacles by their velocity (3,), m/s, in the order in which the velocities first occur."""
+    grouped: dict[Vector, list[Obstacle]] = {}
+    for obstacle in obstacles:
+        grouped.setdefault(obstacle.velocity, []).append(obstacle)
+    return grouped
 
 
 def draw_target(view: meshcat.Visualizer, at: Array, direction: Array | None, colour: int) -> None:

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import combinations, product
-
-import coal
 import meshcat.geometry as mg
 import numpy as np
 from scipy.spatial import ConvexHull
@@ -25,18 +22,11 @@ def hull_mesh(points: Array) -> mg.TriangularMeshGeometry:
     return mg.TriangularMeshGeometry(points, faces)
 
 
-def capsule_mesh(shape: coal.Capsule) -> mg.TriangularMeshGeometry:
-    """Return a capsule along z as the hull of points on its two half spheres."""
-    azimuth, height = np.meshgrid(np.linspace(0, 2 * np.pi, 24, endpoint=False), np.linspace(-np.pi / 2, np.pi / 2, 16))
-    sphere = np.stack([np.cos(height) * np.cos(azimuth), np.cos(height) * np.sin(azimuth), np.sin(height)], axis=-1)
-    points = shape.radius * sphere.reshape(-1, 3)
-    points[:, 2] += np.where(points[:, 2] > 0, shape.halfLength, -shape.halfLength)
-    return hull_mesh(np.unique(points.round(9), axis=0))
+def line_mesh(points: Array, pairs: Array) -> mg.TriangularMeshGeometry:
+    """Return lines between points (k, 3), m, as triangles without area, which a wireframe material draws as lines.
 
-
-def box_edges(box: coal.Box) -> Array:
-    """Return the twelve edges of a box as pairs of points (3, 24), m."""
-    corners = np.array(list(product((-1, 1), repeat=3))) * box.halfSide
-    pairs = [(a, b) for a, b in combinations(range(8), 2) if (corners[a] != corners[b]).sum() == 1]
-    edges: Array = corners[np.array(pairs).ravel()].T
-    return edges
+    Args:
+        points: Where the lines end.
+        pairs: The two points of each line (m, 2), by number.
+    """
+    return mg.TriangularMeshGeometry(points, np.column_stack([pairs, pairs[:, 0]]))

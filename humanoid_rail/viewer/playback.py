@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import signal
 import threading
 import time
@@ -31,23 +30,18 @@ def playback_html(robot: Robot, scene: Scene, trajectory: Trajectory) -> str:
         robot: The robot.
         scene: The scene the motion was planned in.
         trajectory: The motion.
-
-    Raises:
-        HumanoidRailError: If meshcat's server, which makes the page, does not start.
     """
+    import meshcat
+
     from humanoid_rail.viewer.caption import caption
     from humanoid_rail.viewer.closest_pairs import closest_of_all
-    from humanoid_rail.viewer.server import meshcat_server
+    from humanoid_rail.viewer.page import CommandList, page_html
     from humanoid_rail.viewer.view import fill_view
 
-    pairs = _closest_pairs(robot, scene, trajectory)
-    with meshcat_server() as view:
-        fill_view(view, robot, scene, trajectory, pairs)
-        page: str = view.static_html()
+    pairs, drawn = _closest_pairs(robot, scene, trajectory), CommandList()
+    fill_view(meshcat.Visualizer(window=drawn), robot, scene, trajectory, pairs)
     said = caption(scene.name, trajectory, pairs, closest_of_all(robot, scene, trajectory, pairs))
-    head, body = "<title>MeshCat</title>", '<div id="meshcat-pane">'
-    page = page.replace(head, f"<title>{html.escape(scene.name)}: humanoid_rail</title>", 1)
-    return page.replace(body, said + body, 1)
+    return page_html(f"{scene.name}: humanoid_rail", said, drawn)
 
 
 def show(

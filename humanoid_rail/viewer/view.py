@@ -20,7 +20,7 @@ from humanoid_rail.viewer.camera import ZOOM, viewpoint
 from humanoid_rail.viewer.closest_pairs import ClosestPairs, trace_clearance
 from humanoid_rail.viewer.colours import clearance_colours, hand_colour, rgb
 from humanoid_rail.viewer.connection import draw_connection
-from humanoid_rail.viewer.drawing import draw_bodies, draw_obstacle, draw_target, draw_trace
+from humanoid_rail.viewer.drawing import draw_bodies, draw_obstacles, draw_target, draw_trace
 from humanoid_rail.viewer.visual_meshes import draw_visuals
 
 FLOOR = -0.33
@@ -46,8 +46,7 @@ def fill_view(
     draw_visuals(world["robot"], robot)
     draw_bodies(world["capsules"], robot, robot.collision_model)
     world["capsules"].set_property("visible", False)
-    for i, obstacle in enumerate(scene.obstacles):
-        draw_obstacle(world[f"obstacles/{i}"], obstacle)
+    draw_obstacles(world["obstacles"], scene.obstacles)
     _draw_targets(world["targets"], robot, scene)
     _draw_traces(world["traces"], trajectory, trace_clearance(trajectory, pairs))
     shown = [kind for kind, closest in pairs._asdict().items() if closest]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import gzip
 import re
 from io import BytesIO
 from typing import Any
@@ -27,8 +28,32 @@ def share(image: np.ndarray, rgb: tuple[int, int, int], tolerance: int = 40) -> 
 
 def commands(page: str) -> list[dict[str, Any]]:
     """Return what a page tells meshcat to draw."""
-    blobs = re.findall(r'fetch\("data:application/octet-binary;base64,([^"]+)"', page)
-    return [umsgpack.unpackb(base64.b64decode(blob)) for blob in blobs]
+    (blob,) = re.findall(r'fetch\("data:application/gzip;base64,([^"]+)"', page)
+    stream, found = BytesIO(gzip.decompress(base64.b64decode(blob))), []
+    while length := int.from_bytes(stream.read(4), "little"):
+        found.append(umsgpack.unpackb(stream.read(length)))
+    return found
+
+
+def drawn(page: Any, path: str) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return the corners, m, of the box around each of the bodies that a browser draws in a node."""
+    boxes = page.evaluate(
+        """path => {
+            viewer.scene.updateMatrixWorld(true);
+            const world = viewer.scene_tree.find(["meshcat", "world"]).object;
+            const mesh = viewer.scene_tree.find(["meshcat", "world", ...path.split("/"), "<object>"]).object;
+            mesh.geometry.computeBoundingBox();
+            return [...Array(mesh.count).keys()].map(i => {
+                const at = world.matrixWorld.clone(), own = at.clone();
+                mesh.getMatrixAt(i, own);
+                at.invert().multiply(mesh.matrixWorld).multiply(own);
+                const box = mesh.geometry.boundingBox.clone().applyMatrix4(at);
+                return [box.min.toArray(), box.max.toArray()];
+            });
+        }""",
+        path,
+    )
+    return [(np.array(low), np.array(high)) for low, high in boxes]
 
 
 def tracks(page: str, path: str) -> dict[str, np.ndarray]:

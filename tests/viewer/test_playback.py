@@ -11,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from conftest import ROOT, changed, plan
-from pages import needs_browser, pixels, share, tracks
+from pages import drawn, needs_browser, pixels, share, tracks
 from screenshot import opened, seek
 
 from humanoid_rail import (
@@ -29,7 +29,7 @@ from humanoid_rail import (
 )
 from humanoid_rail.viewer import server
 from humanoid_rail.viewer.camera import viewpoint
-from humanoid_rail.viewer.playback import playback_html
+from humanoid_rail.viewer.playback import playback_html, show
 
 
 @needs_browser
@@ -92,31 +92,23 @@ def test_every_kind_of_obstacle_is_drawn(robot: Robot, tmp_path: Path, cube_file
     scene = Scene(name="<all> & more", targets=targets, obstacles=obstacles)
     (tmp_path / "page.html").write_text(playback_html(robot, scene, plan(robot, scene)), encoding="utf-8")
     with opened(tmp_path / "page.html") as (page, troubles):
-        positions = [
-            page.evaluate(
-                """i => {
-                    viewer.scene.updateMatrixWorld(true);
-                    const world = viewer.scene_tree.find(["meshcat", "world"]).object;
-                    const path = ["meshcat", "world", "obstacles", String(i), "0", "<object>"];
-                    const mesh = viewer.scene_tree.find(path).object;
-                    mesh.geometry.computeBoundingBox();
-                    const at = world.matrixWorld.clone().invert().multiply(mesh.matrixWorld);
-                    const box = mesh.geometry.boundingBox.applyMatrix4(at);
-                    return [...box.min.toArray(), ...box.max.toArray()];
-                }""",
-                i,
-            )
-            for i in range(len(obstacles))
-        ]
+        kinds = ("walls/0", "bodies/0", "bodies/1", "bodies/2", "bodies/3", "bodies/4", "bodies/5")
+        (wall,), (sphere,), (box,), edges, (tube,), ends, (hull,) = (drawn(page, f"obstacles/0/{k}") for k in kinds)
         assert page.title().startswith("<all> & more")
         assert page.inner_text("body").startswith("<all> & more: ")
         assert not troubles
-    for obstacle, box in zip(obstacles, positions, strict=True):
+    capsule = np.minimum(ends[0][0], ends[1][0]), np.maximum(ends[0][1], ends[1][1])
+    for obstacle, (low, high) in zip(obstacles, (sphere, box, capsule, wall, hull), strict=True):
         if not isinstance(obstacle, HalfSpace):
-            np.testing.assert_allclose(np.add(box[:3], box[3:]) / 2, obstacle.center, atol=1e-3)
-    np.testing.assert_allclose(np.subtract(positions[0][3:], positions[0][:3]), 3 * [0.4], atol=0.01)
-    assert positions[3][5] == pytest.approx(-0.3, abs=0.01)
-    assert positions[4][3:] == pytest.approx([-1.8, 3.2, 2.2], abs=1e-3)
+            np.testing.assert_allclose((low + high) / 2, obstacle.center, atol=1e-3)
+    np.testing.assert_allclose(sphere[1] - sphere[0], 3 * [0.4], atol=0.01)
+    np.testing.assert_allclose(
+        capsule[1] - capsule[0], [0.2, 0.2 + 0.4 * np.sin(1.0), 0.2 + 0.4 * np.cos(1.0)], atol=0.1
+    )
+    np.testing.assert_allclose(np.add(*tube) / 2, obstacles[2].center, atol=1e-3)
+    np.testing.assert_allclose(edges, [box], atol=1e-5)
+    assert wall[1][2] == pytest.approx(-0.3, abs=0.01)
+    assert hull[1] == pytest.approx([-1.8, 3.2, 2.2], abs=1e-3)
 
 
 def test_the_camera_is_not_behind_a_wall(robot: Robot, scene: Scene) -> None:
@@ -129,13 +121,11 @@ def test_the_camera_is_not_behind_a_wall(robot: Robot, scene: Scene) -> None:
     assert np.linalg.norm(viewpoint(robot, far, trajectory)[0] - viewpoint(robot, scene, trajectory)[0]) < 2.0
 
 
-def test_no_server_is_left_behind(robot: Robot, scene: Scene) -> None:
-    import psutil
-
-    page = playback_html(robot, scene, plan_case(robot, 1, dt=0.1))
+def test_a_page_needs_neither_a_server_nor_the_network(robot: Robot, scene: Scene) -> None:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("subprocess.Popen.__init__", None)  # any process would be an error
+        page = playback_html(robot, scene, plan_case(robot, 1, dt=0.1))
     assert "http://" not in page.split("</script>")[-2]
-    children = [process.cmdline() for process in psutil.Process().children(recursive=True)]
-    assert not [command for command in children if "meshcat.servers.zmqserver" in command]
 
 
 def test_pages_can_be_made_in_threads_at_once(robot: Robot, scene: Scene, capsys: pytest.CaptureFixture[str]) -> None:
@@ -152,7 +142,7 @@ def test_a_server_that_does_not_start_is_an_error_that_says_why(
 ) -> None:
     monkeypatch.setattr(server, "_COMMAND", (sys.executable, "-c", "raise SystemExit('no port is left')"))
     with pytest.raises(HumanoidRailError, match=r"meshcat server .*no port is left"):
-        playback_html(robot, scene, plan_case(robot, 1, dt=0.5))
+        show(robot, scene, plan_case(robot, 1, dt=0.5), open_browser=False)
 
 
 def test_the_caption_says_what_is_certain(robot: Robot, scene: Scene) -> None:
