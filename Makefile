@@ -94,7 +94,7 @@ $(VENV)/pyvenv.cfg:
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade pip
 
-# Builds the native engine, which takes a minute or two.
+# Builds the native engine.
 $(VENV)/plan-installed: $(VENV)/pyvenv.cfg pyproject.toml CMakeLists.txt $(ENGINE)
 	@echo "Installing what is needed (about 1 GB) and compiling the native engine: two to six minutes."
 	$(BIN)/python -m pip install --quiet --editable . $(BUILD)

@@ -2,6 +2,7 @@
 from .collision.certificate import Certificate, Contact
 from .errors import EngineMissing, HumanoidRailError, InvalidInput
 from .io.export import export
+from .io.plan_folder import read_plan, write_plan
 from .io.trajectory_files import read_trajectory, write_trajectory
 from .kinematics.joint_limits import Violation
 from .kinematics.kinematics import Kinematics
@@ -75,10 +76,12 @@ __all__ = [
     "plan",
     "plan_case",
     "plan_many",
+    "read_plan",
     "read_trajectory",
     "retime",
     "robot_from_urdf",
     "solve",
     "verify",
+    "write_plan",
     "write_trajectory",
 ]

@@ -68,7 +68,7 @@ def test_methods() -> None:
     for name, method in METHODS.items():
         assert method.name == name
         assert as_method(name) == method()
-        assert getattr(humanoid_rail, method.__name__) is method
+        assert getattr(humanoid_rail, method.__name__, None) is method, f"{method.__name__} is no public name"
         assert f"`{method.__name__}" in page("plan.md"), method.__name__
         assert name in page("plan.md"), name
         assert f"humanoid_rail.{method.__name__}" in page("api.md"), method.__name__
@@ -79,7 +79,7 @@ def test_methods() -> None:
 
 def test_formats() -> None:
     assert all(isinstance(one, Format) and one.description and callable(one.write) for one in FORMATS.values())
-    assert set(FORMATS) <= first_cells(page("export.md"))
+    assert set(FORMATS) <= first_cells(page("export.md")), "a format has no row in the table of docs/export.md"
 
 
 def test_obstacles_are_known_everywhere(cube_file: str) -> None:
@@ -144,3 +144,8 @@ def test_commands_are_modules() -> None:
         command = import_module(f"humanoid_rail.cli.{name}").command
         assert command.get_short_help_str(200) or said
         assert f"humanoid-rail {name}" in page("commands.md"), name
+
+
+def test_the_budget_of_auto_is_the_documented_one() -> None:
+    budget = f"{humanoid_rail.Auto().max_edge_checks:,}".replace(",", " ")
+    assert f"`max_edge_checks` ({budget} for each segment)" in page("auto.md")

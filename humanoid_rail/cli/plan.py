@@ -143,9 +143,8 @@ def _show(
     robot: Robot, scene: Scene, trajectory: Trajectory, title: str, out: str | None, page: bool, view: bool | None
 ) -> None:
     """Keep a plan, print what came of it and play it back, as far as that is asked for."""
-    made = Plan(robot, scene, trajectory)
     # Kept before anything is printed: whoever reads that may be gone.
-    written = [] if out is None else _keep(made, out, page)
+    written = [] if out is None else _keep(robot, scene, trajectory, out, page)
     report_plan(title, trajectory)
     if out is not None:
         console().print(f"Written to {out}: {', '.join(path.name for path in written)}", soft_wrap=True)
@@ -154,14 +153,14 @@ def _show(
         if not view:
             console().print(f"To see it: {how_to_see(out, page)}.", soft_wrap=True)
     if view:
-        play_back(made)
+        play_back(Plan(robot, scene, trajectory))
 
 
-def _keep(made: Plan, out: str, page: bool) -> Sequence[Path]:
+def _keep(robot: Robot, scene: Scene, trajectory: Trajectory, out: str, page: bool) -> Sequence[Path]:
     """Write a plan to a folder and return its files; without its page, no page of an older plan stays there."""
     if page:
-        return write_plan(made, out, [(PAGE, playback_html(made.robot, made.scene, made.trajectory))])
-    written = write_plan(made, out)
+        return write_plan(trajectory, robot, scene, out, [(PAGE, playback_html(robot, scene, trajectory))])
+    written = write_plan(trajectory, robot, scene, out)
     (Path(out) / PAGE).unlink(missing_ok=True)
     return written
 

@@ -35,11 +35,17 @@ class Plan:
     trajectory: Trajectory
 
 
-def write_plan(plan: Plan, folder: str | Path, extra: Iterable[tuple[str, str]] = ()) -> tuple[Path, ...]:
+def write_plan(
+    trajectory: Trajectory, robot: Robot, scene: Scene, folder: str | Path, extra: Iterable[tuple[str, str]] = ()
+) -> tuple[Path, ...]:
     """Write a motion as :func:`humanoid_rail.write_trajectory` does, and `scene.json` and `robot.urdf` beside it.
 
+    The commands `play`, `verify` and `export` take such a folder.
+
     Args:
-        plan: What to write.
+        trajectory: The motion.
+        robot: The robot it was planned for: the paper's, with any lengths and limits.
+        scene: The scene it was planned in.
         folder: Where to; made if need be.
         extra: Further text files, by name and content.
 
@@ -47,17 +53,21 @@ def write_plan(plan: Plan, folder: str | Path, extra: Iterable[tuple[str, str]] 
         The files written.
 
     Raises:
-        InvalidInput: If the folder cannot be written to, or a mesh file is gone or has changed.
+        InvalidInput: If the robot is another one, the folder cannot be written to, or a mesh file is gone or has
+            changed.
     """
-    scene, meshes = plan.scene.model_dump(mode="json"), dict[str, bytes]()
-    for number, obstacle in enumerate(plan.scene.obstacles):
+    own = paper_robot(robot.urdf)
+    if (own.joint_names, own.hand_names) != (robot.joint_names, robot.hand_names):
+        raise InvalidInput("robot", robot, "the paper's robot; for others there is write_trajectory")
+    data, meshes = scene.model_dump(mode="json"), dict[str, bytes]()
+    for number, obstacle in enumerate(scene.obstacles):
         if isinstance(obstacle, Mesh):
             name, content = _mesh(obstacle, number)
             meshes[name] = content
-            scene["obstacles"][number]["file"] = name
-    text = json.dumps(scene, indent=2, ensure_ascii=False) + "\n"
-    texts = {SCENE: text, ROBOT: plan.robot.urdf, **dict(extra)}
-    return write_trajectory(plan.trajectory, folder, {**meshes, **{name: t.encode() for name, t in texts.items()}})
+            data["obstacles"][number]["file"] = name
+    text = json.dumps(data, indent=2, ensure_ascii=False) + "\n"
+    texts = {SCENE: text, ROBOT: robot.urdf, **dict(extra)}
+    return write_trajectory(trajectory, folder, {**meshes, **{name: t.encode() for name, t in texts.items()}})
 
 
 def check_plan_folder(folder: str | Path, extra: Iterable[str] = ()) -> None:

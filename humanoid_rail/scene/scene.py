@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated
 
@@ -12,12 +13,16 @@ import numpy as np
 from pydantic import BeforeValidator, Field, ValidationError
 
 from humanoid_rail._arrays import Array
+from humanoid_rail._resources import resource
 from humanoid_rail.errors import MISSING, InvalidInput, did_you_mean
 from humanoid_rail.model.position_limits import within_position_limits
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import Number, Obstacle, plain
 from humanoid_rail.scene.targets import Step, Targets, position
 from humanoid_rail.scene.validation import Frozen, invalid_input
+
+OWN = "scenes"
+"""The scenes that come with the package are in a folder of this name."""
 
 
 class Scene(Frozen):
@@ -27,8 +32,8 @@ class Scene(Frozen):
         InvalidInput: If a field is not valid.
     """
 
-    name: Annotated[str, Field(min_length=1, max_length=200)]
-    """What the scene is called; in a file it may be missing, and is the file's."""
+    name: Annotated[str, Field(min_length=1, max_length=200)] = "scene"
+    """What the scene is called; by default that of its file."""
     initial: Annotated[tuple[Number, ...], BeforeValidator(plain)] | None = None
     """Configuration (n,) at the start, one number for each actuated joint; the robot's own if not given."""
     targets: Targets
@@ -46,10 +51,12 @@ class Scene(Frozen):
 def load_scene(path: str | Path) -> Scene:
     """Return the scene in a YAML (or JSON, which is YAML) file.
 
+    Where there is no such file, `scenes/picks.yaml` and its like are those that come with the package.
+
     Raises:
         InvalidInput: If the file is missing, is not YAML or is not a scene; the error names the field.
     """
-    path = Path(path)
+    path = _with_own(Path(path))
     try:
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
@@ -62,6 +69,14 @@ def load_scene(path: str | Path) -> Scene:
         stem = os.fsencode(path.stem).decode("utf-8", errors="replace")
         data.setdefault("name", stem or "scene")
     return make_scene(data, folder=path.parent, source=str(path))
+
+
+def _with_own(path: Path) -> Path:
+    """Return a path, or that of the scene of the package which it names where there is no such file."""
+    if path.parts[:1] == (OWN,) and not path.exists():
+        with suppress(FileNotFoundError):
+            return resource(OWN, str(Path(*path.parts[1:])))
+    return path
 
 
 def make_scene(data: object, folder: str | Path | None = None, source: str | None = None) -> Scene:

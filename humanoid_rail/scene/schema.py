@@ -13,7 +13,6 @@ def scene_schema(robot: Robot) -> dict[str, Any]:
     """Return the JSON Schema of scene files for a robot, which editors use for completion and checks."""
     schema = Scene.model_json_schema()
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
-    schema["required"].remove("name")
     once, steps = schema["properties"]["targets"]["oneOf"]
     target = once.pop("additionalProperties")
     once |= {

@@ -28,7 +28,7 @@ else:
             try:
                 return super().__call__(*args, **kwargs)
             except ValidationError as error:
-                raise invalid_input(error) from None
+                raise invalid_input(error, root="scene" if cls.__name__ == "Scene" else cls.__name__) from None
 
         def __dir__(cls) -> list[str]:
             """Return what is the model's own, without the machinery that pydantic brings."""
@@ -139,19 +139,19 @@ class Frozen(BaseModel, metaclass=_Metaclass):
         return type(self)(**{name: getattr(self, name) for name in type(self).model_fields} | dict(update or {}))
 
 
-def invalid_input(error: ValidationError, source: str | None = None) -> InvalidInput:
+def invalid_input(error: ValidationError, source: str | None = None, root: str = "scene") -> InvalidInput:
     """Return pydantic's error as ours: which field, what was given, what would be right.
 
-    Of several errors it is the first.
+    Of several errors it is the first. One that is about no field alone is about the `root`.
     """
     first = error.errors(include_url=False)[0]
-    field, value, context = _path(first["loc"]) or "scene", first["input"], first.get("ctx", {})
+    field, value, context = _path(first["loc"]) or root, first["input"], first.get("ctx", {})
     match first["type"]:
         case "missing":
             return InvalidInput(field, MISSING, "a value: this field is required", source)
         case "unknown_key":
             key, content = list(value.items())[context["number"]]
-            return InvalidInput(f"{field}.{key}".removeprefix("scene."), content, context["valid"], source)
+            return InvalidInput(f"{field}.{key}".removeprefix(f"{root}."), content, context["valid"], source)
         case "union_tag_not_found":
             return InvalidInput(f"{field}.type", MISSING, "a type, such as sphere or box", source)
         case "union_tag_invalid":
@@ -164,7 +164,7 @@ def invalid_input(error: ValidationError, source: str | None = None) -> InvalidI
         case "value_error":
             return InvalidInput(field, value, str(context["error"]), source)
         case "mesh_file":
-            return InvalidInput(f"{field}.file".removeprefix("scene."), context["file"], first["msg"], source)
+            return InvalidInput(f"{field}.file".removeprefix(f"{root}."), context["file"], first["msg"], source)
         case "dict_type":
             return InvalidInput(field, value, "a mapping from the names of the hands to their targets", source)
         case "too_short":

@@ -15,7 +15,7 @@ import pytest
 from conftest import ROOT
 
 from benchmarks import evaluation
-from benchmarks.planners import RRT_CONNECT, Motion, make_planner
+from benchmarks.planners import EVERY, RRT_CONNECT, Motion, make_planner
 from humanoid_rail import Box, Certificate, Robot, Scene, load_scene, plan
 from humanoid_rail.planning.methods import METHODS
 
@@ -109,7 +109,7 @@ def test_families_and_methods_are_selected(folder: Path, tmp_path: Path) -> None
     ("options", "said"),
     [
         (["--family", "shelf"], "family is 'shelf'; valid: one of dense, sparse"),
-        (["--method", "rrt"], "method is 'rrt'; valid: one of auto, qp, gradient-projection, pink, ik + rrt-connect"),
+        (["--method", "rrt"], f"method is 'rrt'; valid: one of {', '.join(EVERY)}"),
         (["--figure", "figure.pdf"], "valid: a file name that ends in .png or .svg"),
         (["--json", "/dev/null/e.json"], "out is '/dev/null'"),
     ],

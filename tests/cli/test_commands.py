@@ -33,7 +33,7 @@ from humanoid_rail import (
 )
 from humanoid_rail.cli import COMMANDS, commands
 from humanoid_rail.cli.console import run
-from humanoid_rail.io.plan_folder import Plan, read_plan, write_plan
+from humanoid_rail.io.plan_folder import read_plan, write_plan
 
 CSV_COLUMNS = 1 + 12 + 6
 LIGHT = {"click", "humanoid_rail", "lazy_loader"}
@@ -60,7 +60,7 @@ def colliding(tmp_path_factory: pytest.TempPathFactory, robot: Robot, scene: Sce
     folder = tmp_path_factory.mktemp("plans") / "colliding"
     trajectory = plan_case(robot, 1, dt=0.05)
     assert not trajectory.certified
-    write_plan(Plan(robot, scene, trajectory), folder)
+    write_plan(trajectory, robot, scene, folder)
     return folder
 
 
@@ -193,7 +193,7 @@ def test_a_scene_with_a_mesh_is_read_back_from_elsewhere(
     text = "name: '\\u00e9\\u2028 \\U0001F916'\ntargets: {left: [0.12, -2.23, 3.2], right: [0.12, 2.23, 3.2]}\n"
     (tmp_path / "scene.yaml").write_text(text.replace("'", '"'), encoding="utf-8")
     scene = load_scene(tmp_path / "scene.yaml").model_copy(update={"obstacles": (mesh,)})
-    write_plan(Plan(robot, scene, plan(robot, scene, dt=0.1)), tmp_path / "out")
+    write_plan(plan(robot, scene, dt=0.1), robot, scene, tmp_path / "out")
     monkeypatch.chdir(tmp_path)
     found = read_plan("out")
     assert found.scene.name == scene.name == "é\u2028 \U0001f916"
@@ -258,7 +258,8 @@ def test_what_is_missing_from_a_folder_is_named(
 
 def test_a_scene_of_another_plan_is_not_believed(folder: Path, robot: Robot, tmp_path: Path) -> None:
     """The samples of a plan were replaced by those of another, and the scene and the robot stayed."""
-    write_plan(read_plan(folder), tmp_path)
+    kept = read_plan(folder)
+    write_plan(kept.trajectory, kept.robot, kept.scene, tmp_path)
     other = load_scene(ROOT / "scenes" / "dev" / "sparse-80000.json")
     write_trajectory(plan(robot, other), tmp_path)
     with pytest.raises(InvalidInput, match="planned for") as caught:

@@ -12,7 +12,7 @@ from running import Ran, assert_bad_input
 from humanoid_rail import InvalidInput, Robot, Scene, Trajectory, export
 from humanoid_rail.io import files
 from humanoid_rail.io.files import check_file, check_folder, write_file, write_files
-from humanoid_rail.io.plan_folder import Plan, write_plan
+from humanoid_rail.io.plan_folder import write_plan
 
 SCENE = ROOT / "scenes" / "dev" / "sparse-80000.json"
 
@@ -117,7 +117,7 @@ def test_links_and_devices_stay_what_they_are(tmp_path: Path) -> None:
 def test_a_plan_replaces_another_one(
     robot: Robot, free: Scene, planned: Trajectory, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    write_plan(Plan(robot, free, planned), tmp_path, [("playback.html", "of another plan")])
+    write_plan(planned, robot, free, tmp_path, [("playback.html", "of another plan")])
     ran = Ran(capfd, "plan", SCENE, "--out", tmp_path, "--no-page")
     assert ran.code == 0
     assert not (tmp_path / "playback.html").exists(), "the page of another plan"

@@ -11,7 +11,7 @@ import trimesh
 from conftest import AHEAD, plan
 
 from humanoid_rail import Box, InvalidInput, Mesh, Robot, Scene, Trajectory, verify
-from humanoid_rail.io.plan_folder import Plan, read_plan, write_plan
+from humanoid_rail.io.plan_folder import read_plan, write_plan
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +42,7 @@ def test_meshes_are_read_back_where_nothing_else_is_left(
     file = write_mesh(tmp_path / "parts", suffix)
     mesh = Mesh(file=str(file), center=(-6.0, 3.0, 3.0), rpy=(0.1, 0.2, -0.3), scale=(1.0, 0.5, 2.0))
     scene = Scene(name="mesh", targets=AHEAD, obstacles=(Box(center=(5.0, 0.0, 0.0), size=(1.0, 1.0, 1.0)), mesh))
-    write_plan(Plan(robot, scene, motion), tmp_path / "out")
+    write_plan(motion, robot, scene, tmp_path / "out")
     shutil.rmtree(tmp_path / "parts")
     (tmp_path / "out").rename(tmp_path / "elsewhere")
     found = read_plan(tmp_path / "elsewhere")
@@ -60,11 +60,11 @@ def test_a_mesh_that_has_changed_or_gone_is_refused(
     suffix: str, robot: Robot, motion: Trajectory, tmp_path: Path
 ) -> None:
     mesh = Mesh(file=str(write_mesh(tmp_path / "parts", suffix)), center=(-6.0, 3.0, 3.0))
-    made = Plan(robot, Scene(name="mesh", targets=AHEAD, obstacles=(mesh,)), motion)
+    scene = Scene(name="mesh", targets=AHEAD, obstacles=(mesh,))
     write_mesh(tmp_path / "parts", suffix, size=2.0)
     for valid in ("has not changed", "still there"):
         with pytest.raises(InvalidInput, match=valid) as caught:
-            write_plan(made, tmp_path / "out")
+            write_plan(motion, robot, scene, tmp_path / "out")
         assert caught.value.field == "obstacles[0].file"
         assert not (tmp_path / "out").exists()
         shutil.rmtree(tmp_path / "parts", ignore_errors=True)

@@ -45,7 +45,7 @@ EVERY = sorted(COMMON | set.union(*OWN.values()) | {"speed", "method"})
 
 
 def test_names() -> None:
-    assert dict(METHODS) == {"auto": Auto, "qp": SafeVelocity, "gradient-projection": GradientProjection}
+    assert {"auto": Auto, "qp": SafeVelocity, "gradient-projection": GradientProjection}.items() <= METHODS.items()
     for name, method in METHODS.items():
         assert as_method(name) == method()
         assert method.name == name
@@ -79,7 +79,7 @@ def test_methods_are_frozen_values(method: Any) -> None:
 @pytest.mark.parametrize("method", ["magic", "", "Auto", None, 3, Auto, ["auto"], {"name": "auto"}, object()])
 def test_what_is_no_method_is_named(robot: Robot, free: Scene, method: Any) -> None:
     for use in (as_method, lambda m: plan(robot, free, m), lambda m: plan_many(robot, [free], m, n_jobs=1)):
-        with pytest.raises(InvalidInput, match=r"auto, qp, gradient-projection, or an object such as Auto") as caught:
+        with pytest.raises(InvalidInput, match=f"{', '.join(METHODS)}, or an object such as Auto") as caught:
             use(method)
         assert caught.value.field == "method"
 

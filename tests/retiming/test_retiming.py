@@ -23,7 +23,7 @@ from humanoid_rail import (
     retime,
     verify,
 )
-from humanoid_rail.io.plan_folder import Plan, read_plan, write_plan
+from humanoid_rail.io.plan_folder import read_plan, write_plan
 from humanoid_rail.paper import dh_table as dh
 from humanoid_rail.search.smoothing import speed_units
 from humanoid_rail.viewer.playback import playback_html
@@ -190,7 +190,7 @@ def test_hands_that_are_there_already_can_be_shown_and_kept(robot: Robot, tmp_pa
     motion = retime(conftest.plan(robot, scene), robot, scene)
     assert motion.status is Status.REACHED
     np.testing.assert_array_equal(motion.configuration(0.0), robot.initial)
-    write_plan(Plan(robot, scene, motion), tmp_path, [("playback.html", playback_html(robot, scene, motion))])
+    write_plan(motion, robot, scene, tmp_path, [("playback.html", playback_html(robot, scene, motion))])
     np.testing.assert_array_equal(read_plan(tmp_path).trajectory.q, motion.q)
 
 
