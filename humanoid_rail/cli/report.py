@@ -31,8 +31,7 @@ def report_plan(title: str, trajectory: Trajectory) -> None:
         ("path", _path(trajectory)),
         (
             "planning",
-            f"{1e3 * trajectory.planning_time:.1f} ms ({trajectory.engine}), "
-            f"{trajectory.evaluations} evaluations of q_dot",
+            f"{_time(trajectory.planning_time)} ({trajectory.engine}), {trajectory.evaluations} evaluations of q_dot",
         ),
     ]
     _print(title, rows)
@@ -53,6 +52,10 @@ def _print(title: str, rows: Iterable[tuple[str, str]]) -> None:
     console().print(table)
 
 
+def _time(seconds: float) -> str:
+    return f"{1e3 * seconds:.1f} ms" if seconds < 1.0 else f"{seconds:.1f} s"
+
+
 def _as_far(trajectory: Trajectory) -> str:
     """Return what is added to the proofs of a motion that ends before its targets."""
     return "" if trajectory.status is Status.REACHED else ", as far as the motion goes"
@@ -61,8 +64,8 @@ def _as_far(trajectory: Trajectory) -> str:
 def _limits(trajectory: Trajectory) -> Iterator[tuple[str, str]]:
     """Say whether the joint limits are kept."""
     if trajectory.limits_ok:
-        what = "of position and velocity" if trajectory.timing is None else "of position, velocity and acceleration"
-        yield f"limits{_as_far(trajectory)}", f"kept, {what}"
+        what = "position and velocity" if trajectory.timing is None else "position, velocity and acceleration"
+        yield f"limits{_as_far(trajectory)}", f"kept: {what}"
     for i, violation in enumerate(trajectory.violations):
         value, limit = (
             told_apart(a, b, 3) for a, b in ((violation.value, violation.limit), (violation.limit, violation.value))
