@@ -36,9 +36,11 @@ class Certificate:
     """The same of two links of the robot; None without pairs to check."""
     clearance_bound: float | None
     """No clearance is smaller at any time, m: a true lower bound, at most about 1 mm below the smallest one found.
-    None where there is nothing to touch."""
+    None where there is nothing to touch, and where the motion was not looked at up to its end."""
     contact: Contact | None
     """The first contact, if there is one."""
+    reason: str | None = None
+    """Why the motion was not looked at up to its end, if so, and from when on nothing is proven."""
 
     def __bool__(self) -> bool:
         """Return whether the motion is certified."""
