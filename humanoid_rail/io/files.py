@@ -34,9 +34,11 @@ def write_files(folder: str | Path, files: Mapping[str, bytes]) -> tuple[Path, .
                 (Path(unfinished) / name).write_bytes(content)
             for name in files:
                 (Path(unfinished) / name).replace(folder / name)
-    except OSError as error:
+    except BaseException as error:  # an interrupt among them
         if made and folder.is_dir() and not any(folder.iterdir()):
             folder.rmdir()
+        if not isinstance(error, OSError):
+            raise
         raise InvalidInput("out", str(folder), f"a folder that can be written to ({error})") from error
     return tuple(folder / name for name in files)
 
