@@ -12,7 +12,7 @@ class Interruption {
   using Check = void (*)();
 
   // Without a function nothing interrupts the work.
-  explicit Interruption(Check check) : before_(check_) { check_ = check; }
+  explicit Interruption(Check function) : before_(check_) { check_ = function; }
   ~Interruption() { check_ = before_; }
   Interruption(const Interruption&) = delete;
   Interruption& operator=(const Interruption&) = delete;
