@@ -151,7 +151,8 @@ class Certifier::Search {
   // there is contact every pair has to be proven apart.
   double wanted(double least, double t, bool closely) const {
     double wanted = least;
-    if (closely) wanted -= least > 0.0 ? std::min(RESOLUTION, least / 2.0) : RESOLUTION;
+    const double resolution = motion_.is_spline() ? SPLINE_RESOLUTION : RESOLUTION;
+    if (closely) wanted -= least > 0.0 ? std::min(resolution, least / 2.0) : resolution;
     return !result_.contact || t < result_.contact->t ? std::max(wanted, 0.5 * margin_) : wanted;
   }
 

@@ -11,6 +11,8 @@ namespace humanoid_rail {
 
 // How far a bound may lie below the smallest clearance found, m.
 constexpr double RESOLUTION = 1e-3;
+// The same of splines, m: of motions with other timings of one path the bounds tell which keeps clear of more.
+constexpr double SPLINE_RESOLUTION = 1e-4;
 // A proof measures distances at most this often, unless it is told otherwise.
 constexpr long MAX_CHECKS = 2'000'000;
 
