@@ -18,6 +18,8 @@ CONTACT: float = 1e-06
 
 RESOLUTION: float = 0.001
 
+MAX_CHECKS: int = 2000000
+
 APART: float = 2e-06
 
 PROGRESS: float = 0.01
@@ -205,12 +207,16 @@ class Certificate:
     @property
     def contact(self) -> Contact | None: ...
 
+    @property
+    def stopped(self) -> float | None: ...
+
 class Certifier:
     """Proves motions free of contact, or finds the first contact."""
 
     def __init__(self, robot: Robot, obstacles: Obstacles) -> None: ...
 
-    def certify(self, t: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], q: Annotated[NDArray[numpy.float64], dict(shape=(None, None), writable=False)]) -> Certificate: ...
+    def certify(self, t: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], q: Annotated[NDArray[numpy.float64], dict(shape=(None, None), writable=False)], velocity: Annotated[NDArray[numpy.float64], dict(shape=(None, None), writable=False)], max_checks: int) -> Certificate:
+        """Without velocities, (0, n), the motion is linear in q."""
 
 class EdgeChecker:
     """Whether a robot keeps its distance at a configuration or on an edge."""

@@ -11,7 +11,7 @@ void bind_benchmark(nb::module_& module) {
       "library_call_seconds",
       [](const Robot& robot, const Obstacles& obstacles, const Matrix& configurations, int repeats) {
         check_size("configurations", configurations.cols(), robot.n());
-        return library_call_seconds(robot, obstacles, configurations, repeats);
+        return interruptibly([&] { return library_call_seconds(robot, obstacles, configurations, repeats); });
       },
       "robot"_a, "obstacles"_a, "configurations"_a, "repeats"_a,
       "Seconds of the bare Pinocchio and coal calls that one evaluation of eq. 4.9 is made of.");

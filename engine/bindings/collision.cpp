@@ -40,21 +40,28 @@ void bind_certifier(nb::module_& module) {
       .def_ro("min_obstacles", &Certificate::min_obstacles)
       .def_ro("min_links", &Certificate::min_links)
       .def_ro("bound", &Certificate::bound)
-      .def_ro("contact", &Certificate::contact);
+      .def_ro("contact", &Certificate::contact)
+      .def_ro("stopped", &Certificate::stopped);
   using Guard = Guarded<Certifier>;
   nb::class_<Guard>(module, "Certifier", "Proves motions free of contact, or finds the first contact.")
       .def(nb::init<RobotPointer, const Obstacles&>(), "robot"_a, "obstacles"_a)
       .def(
           "certify",
-          [](Guard& self, const Eigen::Ref<const Vector>& t, const Eigen::Ref<const Rows>& q) {
-            check_size("q", q.cols(), self.constant().robot().n());
+          [](Guard& self, const Eigen::Ref<const Vector>& t, const Eigen::Ref<const Rows>& q,
+             const Eigen::Ref<const Rows>& velocity, long max_checks) {
+            const int n = self.constant().robot().n();
+            check_size("q", q.cols(), n);
             check_size("t", t.size(), q.rows());
             check_finite("t", t.transpose());
             check_finite("q", q);
+            if (velocity.rows() > 0) check_size("velocity", velocity.rows(), q.rows());
+            check_size("velocity", velocity.cols(), n);
+            check_finite("velocity", velocity);
             if (q.rows() == 0) throw std::invalid_argument("a motion needs a sample");
-            return self.with([&](Certifier& certifier) { return certifier.certify(t, q); });
+            return self.with(
+                [&](Certifier& certifier) { return certifier.certify(SampledMotion(t, q, velocity), max_checks); });
           },
-          "t"_a, "q"_a);
+          "t"_a, "q"_a, "velocity"_a, "max_checks"_a, "Without velocities, (0, n), the motion is linear in q.");
 }
 
 void bind_edge_checker(nb::module_& module) {
@@ -181,11 +188,7 @@ void bind_collision(nb::module_& module) {
         check_size("t", t.size(), q.rows());
         check_finite("t", t.transpose());
         check_finite("q", q);
-        ClosestPairs found;
-        {
-          const nb::gil_scoped_release release;
-          found = closest_pairs(std::move(robot), obstacles, t, q);
-        }
+        const ClosestPairs found = interruptibly([&] { return closest_pairs(robot, obstacles, t, q); });
         return std::make_pair(plain(found.obstacles), plain(found.links));
       },
       "robot"_a, "obstacles"_a, "t"_a, "q"_a, "The closest link and obstacle, and the closest links, at each moment.");

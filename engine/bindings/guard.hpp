@@ -2,13 +2,14 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <mutex>
 #include <stdexcept>
 #include <thread>
 #include <type_traits>
 #include <utility>
 
-#include <nanobind/nanobind.h>
+#include "interruptible.hpp"
 
 namespace humanoid_rail {
 
@@ -25,14 +26,16 @@ class Guarded {
 
   template <class Work>
   auto with(Work work) {
-    // Released first: who waits for the object must not keep the interpreter from whoever has it.
-    const nanobind::gil_scoped_release release;
-    if (owner_.load() == std::this_thread::get_id()) {
-      throw std::runtime_error("an objective, equality or task must not use the object that calls it");
-    }
-    const std::lock_guard<std::mutex> lock(mutex_);
-    const Owner owner(owner_);
-    return work(object_);
+    // Without the interpreter's lock from the beginning: who waits for the object must not keep it from whoever has it.
+    return interruptibly([&] {
+      if (owner_.load() == std::this_thread::get_id()) {
+        throw std::runtime_error("an objective, equality or task must not use the object that calls it");
+      }
+      std::unique_lock<std::timed_mutex> lock(mutex_, std::defer_lock);
+      while (!lock.try_lock_for(PATIENCE)) Interruption::check();
+      const Owner owner(owner_);
+      return work(object_);
+    });
   }
 
   // What never changes, for checks of sizes.
@@ -50,8 +53,11 @@ class Guarded {
     std::atomic<std::thread::id>& owner_;
   };
 
+  // Who waits for the object looks this often whether to go on.
+  static constexpr std::chrono::milliseconds PATIENCE{20};
+
   T object_;
-  std::mutex mutex_;
+  std::timed_mutex mutex_;
   std::atomic<std::thread::id> owner_{};
 };
 

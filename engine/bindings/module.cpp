@@ -4,6 +4,7 @@
 
 #include "../resolution/rollout.hpp"
 #include "bindings.hpp"
+#include "interruptible.hpp"
 
 namespace humanoid_rail {
 
@@ -15,8 +16,10 @@ NB_MODULE(_engine, module) {
   module.attr("COAL_VERSION") = COAL_VERSION;
   module.attr("CONTACT") = CONTACT;
   module.attr("RESOLUTION") = RESOLUTION;
+  module.attr("MAX_CHECKS") = MAX_CHECKS;
   module.attr("APART") = APART;
   module.attr("PROGRESS") = PROGRESS;
+  find_main_thread();
   bind_model(module);
   bind_scene(module);
   bind_tasks(module);

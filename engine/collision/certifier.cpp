@@ -19,24 +19,39 @@ constexpr Eigen::Index BLOCK = 128;
 // One motion, block by block and pair by pair: a pair is looked at again when it could have come near enough to matter.
 class Certifier::Search {
  public:
-  Search(Certifier& self, const Eigen::Ref<const Vector>& t, const Eigen::Ref<const Rows>& q)
-      : self_(self), t_(t), q_(q) {}
+  Search(Certifier& self, const SampledMotion& motion, long max_checks)
+      : self_(self), motion_(motion), checks_left_(max_checks) {}
 
   Certificate run() {
-    const Eigen::Index samples = t_.size();
-    for (first_ = 0; first_ == 0 || first_ + 1 < samples; first_ += BLOCK) {
-      last_ = std::min(first_ + BLOCK, samples - 1);
+    try {
+      measure_motion();
+      look_everywhere();
+    } catch (const BudgetUsedUp&) {
+      result_.stopped = motion_.time(first_);
+    }
+    result_.bound = std::min({result_.bound, result_.min_obstacles, result_.min_links}) - margin_;
+    result_.certified = !result_.contact && !result_.stopped && result_.bound > 0.0;
+    return result_;
+  }
+
+ private:
+  struct BudgetUsedUp {};
+  // The robot at a share of the edge that is looked at.
+  struct Moment {
+    const Snapshot& at;
+    double share;
+  };
+
+  void look_everywhere() {
+    for (first_ = 0; first_ == 0 || first_ + 1 < motion_.size(); first_ += BLOCK) {
+      last_ = std::min(first_ + BLOCK, motion_.size() - 1);
       measure_paths();
       seen_.assign(static_cast<std::size_t>(last_ - first_ + 1), false);
       glance();
       for (const Nearest& pair : self_.pairs_) search(pair);
     }
-    result_.bound = std::min({result_.bound, result_.min_obstacles, result_.min_links}) - CONTACT;
-    result_.certified = !result_.contact && result_.bound > 0.0;
-    return result_;
   }
 
- private:
   // Measures pairs of links here and there, and obstacles that are few: the sooner a small clearance is known, the less
   // of what is larger has to be looked at.
   void glance() {
@@ -53,10 +68,10 @@ class Certifier::Search {
     double& least = with_obstacle ? result_.min_obstacles : result_.min_links;
     if (with_obstacle && stays_far(here, least)) return;
     measure(here, at(first_));
-    if (here.distance < CONTACT) touch(here, at(first_));
+    if (here.distance < margin_) touch(here, at(first_));
     accept(here.distance);
     for (Eigen::Index k = first_; k < last_;) {
-      const double spare = here.distance - wanted(least, t_[k], false);
+      const double spare = here.distance - wanted(least, motion_.time(k), false);
       Displacement moved{displacement(here, k, k + 1), 0.0};
       Nearest there = here;
       if (moved.length <= LOOK_AHEAD * spare) {
@@ -64,7 +79,7 @@ class Certifier::Search {
         const Eigen::Index hoped = farthest(here, k, LOOK_AHEAD * spare);
         measure(there, at(hoped));
         const double between = (here.distance + there.distance - displacement(here, k, hoped)) / 2.0;
-        if (between >= wanted(least, t_[k], false)) {
+        if (between >= wanted(least, motion_.time(k), false)) {
           accept(between);
           here = there;
           k = hoped;
@@ -81,37 +96,64 @@ class Certifier::Search {
       measure(there, at(k + 1));
       const Matrix& curvature = with_obstacle ? link_curvature_ : pair_curvature_;
       moved.curvature = curvature(k - first_, with_obstacle ? here.link : here.pair);
-      step(here, at(k), there, at(k + 1), moved);
+      edge_ = k;
+      step(here, {at(k), 0.0}, there, {at(k + 1), 1.0}, moved);
       here = there;
       ++k;
     }
   }
 
   // Bounds a pair on the edge between two moments at which it was measured.
-  void step(const Nearest& here, const Snapshot& a, const Nearest& there, const Snapshot& b,
-            const Displacement& moved) {
+  void step(const Nearest& here, const Moment& a, const Nearest& there, const Moment& b, const Displacement& moved) {
     const double least = here.is_with_obstacle() ? result_.min_obstacles : result_.min_links;
-    const double bound = self_.swept_.lower_bound(here, a, there, b, moved, wanted(least, a.t, true));
-    if (bound >= wanted(least, a.t, true)) return accept(bound);
-    if (moved.length <= CONTACT) {
-      touch(there, b);
+    const double enough = wanted(least, a.at.t, true);
+    const double bound = self_.swept_.lower_bound(here, a.at, there, b.at, moved, enough);
+    if (bound >= enough) return accept(bound);
+    if (moved.length <= margin_) {
+      touch(there, b.at);
       return accept(bound);
     }
-    const Snapshot middle = self_.swept_.snapshot(0.5 * (a.t + b.t), 0.5 * (a.q + b.q));
+    const double share = 0.5 * (a.share + b.share);
+    const Snapshot middle = self_.swept_.snapshot(motion_.time(edge_, share), motion_.configuration(edge_, share));
     Nearest between = here;
     measure(between, middle);
+    step(here, a, between, {middle, share}, part_of(moved, here, a, {middle, share}));
+    step(between, {middle, share}, there, b, part_of(moved, here, {middle, share}, b));
+  }
+
+  // How far the two of a pair get relative to each other on half of an edge on which they get so far.
+  Displacement part_of(const Displacement& whole, const Nearest& pair, const Moment& a, const Moment& b) {
     // Half the edge, at half the rates.
-    const Displacement half{0.5 * moved.length, 0.25 * moved.curvature};
-    step(here, a, between, middle, half);
-    step(between, middle, there, b, half);
+    if (!motion_.is_spline()) return {0.5 * whole.length, 0.25 * whole.curvature};
+    self_.swept_.edge_bounds(a.at.q, b.at.q, bounds_);
+    add_stray(motion_.bend(edge_, a.share, b.share), bounds_);
+    Displacement part = bounds_.of(pair);
+    part.length += self_.swept_.speed(pair) * (b.at.t - a.at.t);
+    return part;
+  }
+
+  // Adds what the motion does beside a straight edge to bounds of that: no point of a link gets farther from where it
+  // would be than each coordinate times the coordinate's lever.
+  void add_stray(const Vector& bend, EdgeBounds& straight) const {
+    const auto add = [&bend](const Matrix& levers, std::vector<Displacement>& moved) {
+      const Vector stray = levers * bend;
+      for (std::size_t i = 0; i < moved.size(); ++i) {
+        // There and back; and as much as an eighth of it takes off the gap between planes.
+        moved[i].length += 2.0 * stray[static_cast<Eigen::Index>(i)];
+        moved[i].curvature += 8.0 * stray[static_cast<Eigen::Index>(i)];
+      }
+    };
+    add(levers_.links, straight.links);
+    add(levers_.pairs, straight.pairs);
   }
 
   // What a bound has to reach: the smallest clearance so far, or where a step is looked at closely a little less. Until
   // there is contact every pair has to be proven apart.
   double wanted(double least, double t, bool closely) const {
     double wanted = least;
-    if (closely) wanted -= least > 0.0 ? std::min(RESOLUTION, least / 2.0) : RESOLUTION;
-    return !result_.contact || t < result_.contact->t ? std::max(wanted, 0.5 * CONTACT) : wanted;
+    const double resolution = motion_.is_spline() ? SPLINE_RESOLUTION : RESOLUTION;
+    if (closely) wanted -= least > 0.0 ? std::min(resolution, least / 2.0) : resolution;
+    return !result_.contact || t < result_.contact->t ? std::max(wanted, 0.5 * margin_) : wanted;
   }
 
   void accept(double bound) { result_.bound = std::min(result_.bound, bound); }
@@ -137,6 +179,7 @@ class Certifier::Search {
   }
 
   void measure(Nearest& pair, const Snapshot& at) {
+    if (--checks_left_ < 0) throw BudgetUsedUp{};
     double& least = pair.is_with_obstacle() ? result_.min_obstacles : result_.min_links;
     least = std::min(least, self_.swept_.measure(pair, at));
   }
@@ -146,7 +189,7 @@ class Certifier::Search {
     const bool with_obstacle = pair.is_with_obstacle();
     const Matrix& path = with_obstacle ? link_path_ : pair_path_;
     const Eigen::Index column = with_obstacle ? pair.link : pair.pair;
-    const double moved = self_.swept_.speed(pair) * (t_[to] - t_[from]);
+    const double moved = self_.swept_.speed(pair) * (motion_.time(to) - motion_.time(from));
     return path(to - first_, column) - path(from - first_, column) + moved;
   }
 
@@ -161,6 +204,20 @@ class Certifier::Search {
     return low;
   }
 
+  // Sets what is true of the whole motion.
+  void measure_motion() {
+    const Robot& robot = self_.robot();
+    Vector farthest = motion_.configuration(0).cwiseAbs();  // From 0, of each coordinate.
+    for (Eigen::Index k = 0; k + 1 < motion_.size(); ++k) {
+      const Vector ends = motion_.configuration(k).cwiseAbs().cwiseMax(motion_.configuration(k + 1).cwiseAbs());
+      farthest = farthest.cwiseMax(ends + motion_.bend(k, 0.0, 1.0));
+    }
+    const Vector slide = robot.coupling.cwiseAbs() * farthest + robot.offset.cwiseAbs();
+    const double latest = std::max(std::abs(motion_.time(0)), std::abs(motion_.time(motion_.size() - 1)));
+    margin_ = margin(self_.swept_.size(slide, latest));
+    if (motion_.is_spline()) levers_ = self_.swept_.levers(slide);
+  }
+
   void measure_paths() {
     const Robot& robot = self_.robot();
     const Eigen::Index count = last_ - first_ + 1;
@@ -169,7 +226,9 @@ class Certifier::Search {
     link_curvature_.setZero(link_path_.rows(), link_path_.cols());
     pair_curvature_.setZero(pair_path_.rows(), pair_path_.cols());
     for (Eigen::Index i = 1; i < count; ++i) {
-      self_.swept_.edge_bounds(q_.row(first_ + i - 1).transpose(), q_.row(first_ + i).transpose(), bounds_);
+      const Eigen::Index k = first_ + i - 1;
+      self_.swept_.edge_bounds(motion_.configuration(k), motion_.configuration(k + 1), bounds_);
+      if (motion_.is_spline()) add_stray(motion_.bend(k, 0.0, 1.0), bounds_);
       const auto add = [i](const std::vector<Displacement>& moved, Matrix& path, Matrix& curvature) {
         for (std::size_t c = 0; c < moved.size(); ++c) {
           const auto column = static_cast<Eigen::Index>(c);
@@ -185,18 +244,21 @@ class Certifier::Search {
   // The robot at a sample of the block.
   const Snapshot& at(Eigen::Index k) {
     const auto i = static_cast<std::size_t>(k - first_);
-    if (!seen_[i]) self_.swept_.snapshot(t_[k], q_.row(k).transpose(), self_.snapshots_[i]);
+    if (!seen_[i]) self_.swept_.snapshot(motion_.time(k), motion_.configuration(k), self_.snapshots_[i]);
     seen_[i] = true;
     return self_.snapshots_[i];
   }
 
   Certifier& self_;
-  const Eigen::Ref<const Vector>& t_;
-  const Eigen::Ref<const Rows>& q_;
+  const SampledMotion& motion_;
+  long checks_left_;
   Certificate result_;
+  double margin_ = CONTACT;  // m
+  Levers levers_;
   Eigen::Index first_ = 0, last_ = 0;       // The block.
   Matrix link_path_, pair_path_;            // From the first sample of the block to each: a row for each sample.
   Matrix link_curvature_, pair_curvature_;  // From each sample to the next.
+  Eigen::Index edge_ = 0;                   // From this sample to the next.
   EdgeBounds bounds_;
   std::vector<char> seen_;  // Of the samples of the block, in self_.snapshots_.
 };
@@ -204,8 +266,8 @@ class Certifier::Search {
 Certifier::Certifier(std::shared_ptr<const Robot> robot, const Obstacles& obstacles)
     : swept_(robot, obstacles.pieces()), pairs_(all_pairs(*robot, obstacles.pieces())), snapshots_(BLOCK + 1) {}
 
-Certificate Certifier::certify(const Eigen::Ref<const Vector>& t, const Eigen::Ref<const Rows>& q) {
-  return Search(*this, t, q).run();
+Certificate Certifier::certify(const SampledMotion& motion, long max_checks) {
+  return Search(*this, motion, max_checks).run();
 }
 
 }  // namespace humanoid_rail

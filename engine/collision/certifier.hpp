@@ -3,14 +3,18 @@
 
 #include <optional>
 
+#include "margin.hpp"
+#include "sampled_motion.hpp"
 #include "swept_distance.hpp"
 
 namespace humanoid_rail {
 
 // How far a bound may lie below the smallest clearance found, m.
 constexpr double RESOLUTION = 1e-3;
-// Coal's distances are precise to this: two bodies that come nearer touch, m.
-constexpr double CONTACT = 1e-6;
+// The same of splines, m: of motions with other timings of one path the bounds tell which keeps clear of more.
+constexpr double SPLINE_RESOLUTION = 1e-4;
+// A proof measures distances at most this often, unless it is told otherwise.
+constexpr long MAX_CHECKS = 2'000'000;
 
 struct Contact {
   double t = 0.0;  // s
@@ -27,15 +31,16 @@ struct Certificate {
   double min_obstacles = INFINITE, min_links = INFINITE;
   double bound = INFINITE;         // No clearance is smaller at any time, m.
   std::optional<Contact> contact;  // The first one.
+  std::optional<double> stopped;   // Where the budget of checks was used up nothing is proven from this time on, s.
 };
 
-// Looks at a motion that is linear in q between samples. Not to be shared between threads.
+// Looks at a motion between its samples too. Not to be shared between threads.
 class Certifier {
  public:
   Certifier(std::shared_ptr<const Robot> robot, const Obstacles& obstacles);
 
-  // Times (N), strictly increasing, and configurations (N, n).
-  [[nodiscard]] Certificate certify(const Eigen::Ref<const Vector>& t, const Eigen::Ref<const Rows>& q);
+  // Measures distances at most so many times.
+  [[nodiscard]] Certificate certify(const SampledMotion& motion, long max_checks = MAX_CHECKS);
   [[nodiscard]] const Robot& robot() const { return swept_.robot(); }
 
  private:

@@ -48,7 +48,9 @@ MotionBound::MotionBound(const Robot& robot) {
   }
   for (int link = 0; link < robot.links(); ++link) {
     joint_of_.push_back(robot.joint_of(link));
-    extent_.push_back(extent_of(robot.bodies.geometryObjects[static_cast<std::size_t>(link)]));
+    const auto& body = robot.bodies.geometryObjects[static_cast<std::size_t>(link)];
+    extent_.push_back(extent_of(body));
+    thickest_ = std::max(thickest_, body.geometry->aabb_radius);
   }
   motions_.resize(joints_.size());
   list_carried();
@@ -104,6 +106,21 @@ void MotionBound::displacements(const Vector& change, const Vector& slide, pinoc
     links[link] = {motion.length + motion.turn * extent_[link],
                    motion.curvature + (motion.twist + motion.turn * motion.turn) * extent_[link]};
   }
+}
+
+double MotionBound::size(const Vector& slide) const {
+  std::vector<double> reach(joints_.size(), 0.0);  // How far the origins of the joints get from the base.
+  double turn = 1.0;
+  for (std::size_t j = 1; j < joints_.size(); ++j) {
+    const Joint& joint = joints_[j];
+    reach[j] = reach[joint.parent] + joint.offset + (joint.slides ? slide[joint.v] : 0.0);
+    if (!joint.slides) turn += slide[joint.v];
+  }
+  double largest = 0.0;
+  for (std::size_t link = 0; link < extent_.size(); ++link) {
+    largest = std::max(largest, reach[joint_of_[link]] + extent_[link]);
+  }
+  return turn * (largest + thickest_);
 }
 
 }  // namespace humanoid_rail

@@ -36,6 +36,8 @@ class MotionBound {
   // 0 meanwhile.
   void displacements(const Vector& change, const Vector& slide, pinocchio::JointIndex from,
                      std::vector<Displacement>& links);
+  // The largest coordinate that a point of a link may have, m, times the turns that rounding is carried through.
+  [[nodiscard]] double size(const Vector& slide) const;
 
  private:
   void list_carried();
@@ -55,6 +57,7 @@ class MotionBound {
 
   std::vector<Joint> joints_;
   std::vector<double> extent_;  // For each link, how far its points are from its joint's origin, m.
+  double thickest_ = 0.0;       // The largest radius of a ball around a link, m.
   std::vector<pinocchio::JointIndex> joint_of_;
   // What the body of each joint carries, from it outwards.
   std::vector<std::vector<std::size_t>> joints_on_, links_on_;

@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 #include <tuple>
 
 #include <coal/narrowphase/support_functions.h>
 #include <coal/shape/geometric_shapes.h>
 #include <pinocchio/collision/coal-pinocchio-conversions.hpp>
+
+#include "../interruption.hpp"
 
 namespace humanoid_rail {
 
@@ -87,6 +90,11 @@ void SweptDistance::edge_bounds(const Eigen::Ref<const Vector>& a, const Eigen::
   full_b_.noalias() += robot_->coupling * b;
   change_ = full_b_ - full_a_;
   slide_ = full_a_.cwiseAbs().cwiseMax(full_b_.cwiseAbs());
+  edge_bounds(bounds);
+}
+
+// The same, of the changes and places that are set.
+void SweptDistance::edge_bounds(EdgeBounds& bounds) {
   bounds.links.resize(moved_.size());
   bounds.pairs.resize(origin_of_.size());
   motion_bound_.displacements(change_, slide_, 0, bounds.links);
@@ -101,7 +109,36 @@ void SweptDistance::edge_bounds(const Eigen::Ref<const Vector>& a, const Eigen::
   }
 }
 
+Levers SweptDistance::levers(const Vector& slide) {
+  const Eigen::Index n = robot_->n();
+  Levers found{Matrix(robot_->links(), n), Matrix(static_cast<Eigen::Index>(origin_of_.size()), n)};
+  EdgeBounds moved;
+  slide_ = slide;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    change_ = robot_->coupling.col(i);
+    edge_bounds(moved);
+    const auto lengths = [i](const std::vector<Displacement>& from, Matrix& to) {
+      for (std::size_t k = 0; k < from.size(); ++k) to(static_cast<Eigen::Index>(k), i) = from[k].length;
+    };
+    lengths(moved.links, found.links);
+    lengths(moved.pairs, found.pairs);
+  }
+  return found;
+}
+
+double SweptDistance::size(const Vector& slide, double time) const {
+  double largest = motion_bound_.size(slide);
+  for (const auto& piece : pieces_) {
+    const bool is_plane = piece.shape->getNodeType() == coal::GEOM_HALFSPACE;
+    const double own =
+        is_plane ? std::abs(static_cast<const coal::Halfspace&>(*piece.shape).d) : piece.shape->aabb_radius;
+    largest = std::max(largest, piece.placement.getTranslation().norm() + own + piece.velocity.norm() * time);
+  }
+  return largest;
+}
+
 double SweptDistance::measure(Nearest& pair, const Snapshot& at) {
+  Interruption::poll();
   const auto shape = [&](int link) -> const coal::CollisionGeometry& {
     return *robot_->bodies.geometryObjects[static_cast<std::size_t>(link)].geometry;
   };
@@ -112,7 +149,13 @@ double SweptDistance::measure(Nearest& pair, const Snapshot& at) {
   } else {
     meter_.measure(shape(pair.link), placement(pair.link), shape(pair.other), placement(pair.other), pair);
   }
+  pair.distance = separation(pair, at);
+  if (!std::isfinite(pair.distance)) throw std::runtime_error("a distance that is not a number");
   return pair.distance;
+}
+
+double SweptDistance::separation(const Nearest& pair, const Snapshot& at) const {
+  return separation(pair, normal_of(pair), at);
 }
 
 double SweptDistance::speed(const Nearest& pair) const {
@@ -130,39 +173,42 @@ double SweptDistance::lower_bound(const Nearest& here, const Snapshot& a, const 
   return bound;
 }
 
-// The smaller of the distances at a and b between the planes, with the normal of the pair's nearest points at a moment,
-// that touch the one and the other; for two links in the body that carries both.
+// The smaller of the separations at a and b by planes with the normal of the pair's nearest points at a moment; for two
+// links the normal is carried by the body that carries both.
 double SweptDistance::gap(const Nearest& pair, const Snapshot& at, const Snapshot& a, const Snapshot& b) const {
-  const auto& bodies = robot_->bodies.geometryObjects;
-  const auto link = static_cast<std::size_t>(pair.link);
-  const auto& shape = *bodies[link].geometry;
-  const auto coordinate = [&](const Snapshot& snapshot, const Eigen::Vector3d& direction) {
-    const auto body = this->body(snapshot, pair.link);
-    return support(shape, body.rotation(), body.translation(), direction);
-  };
-  if (pair.is_with_obstacle()) {
-    const auto& piece = pieces_[static_cast<std::size_t>(pair.piece)];
-    const auto& rotation = piece.placement.getRotation();
-    const auto* half_space = piece.shape->getNodeType() == coal::GEOM_HALFSPACE
-                                 ? static_cast<const coal::Halfspace*>(piece.shape.get())
-                                 : nullptr;
-    const Eigen::Vector3d normal = half_space ? Eigen::Vector3d(-(rotation * half_space->n)) : pair.normal;
-    const Eigen::Vector3d& center = piece.placement.getTranslation();
-    const double obstacle =
-        half_space ? half_space->d - normal.dot(center) : support(*piece.shape, rotation, center, -normal);
-    const double speed = normal.dot(piece.velocity);
-    return -obstacle + std::min(speed * a.t - coordinate(a, normal), speed * b.t - coordinate(b, normal));
-  }
-  const auto other = static_cast<std::size_t>(pair.other);
+  const Eigen::Vector3d normal = normal_of(pair);
+  if (pair.is_with_obstacle()) return std::min(separation(pair, normal, a), separation(pair, normal, b));
   const auto origin = origins_[origin_of_[static_cast<std::size_t>(pair.pair)]];
-  const Eigen::Vector3d normal = at.joints[origin].rotation().transpose() * pair.normal;
-  const auto apart = [&](const Snapshot& snapshot) {
-    const Eigen::Vector3d direction = snapshot.joints[origin].rotation() * normal;
-    const auto body = this->body(snapshot, pair.other);
-    return -support(*bodies[other].geometry, body.rotation(), body.translation(), -direction) -
-           coordinate(snapshot, direction);
+  const Eigen::Vector3d carried = at.joints[origin].rotation().transpose() * normal;
+  const auto separated = [&](const Snapshot& moment) {
+    return separation(pair, moment.joints[origin].rotation() * carried, moment);
   };
-  return std::min(apart(a), apart(b));
+  return std::min(separated(a), separated(b));
+}
+
+// The normal of a half-space is its own: it does not end in another direction.
+Eigen::Vector3d SweptDistance::normal_of(const Nearest& pair) const {
+  if (!pair.is_with_obstacle()) return pair.normal;
+  const auto& piece = pieces_[static_cast<std::size_t>(pair.piece)];
+  if (piece.shape->getNodeType() != coal::GEOM_HALFSPACE) return pair.normal;
+  return -(piece.placement.getRotation() * static_cast<const coal::Halfspace&>(*piece.shape).n);
+}
+
+double SweptDistance::separation(const Nearest& pair, const Eigen::Vector3d& normal, const Snapshot& at) const {
+  const auto coordinate = [&](int link, const Eigen::Vector3d& direction) {
+    const auto& geometry = robot_->bodies.geometryObjects[static_cast<std::size_t>(link)];
+    const auto body = this->body(at, link);
+    return support(*geometry.geometry, body.rotation(), body.translation(), direction);
+  };
+  const double link = coordinate(pair.link, normal);
+  if (!pair.is_with_obstacle()) return -coordinate(pair.other, -normal) - link;
+  const auto& piece = pieces_[static_cast<std::size_t>(pair.piece)];
+  const auto& placement = piece.placement;
+  const double obstacle =
+      piece.shape->getNodeType() == coal::GEOM_HALFSPACE
+          ? static_cast<const coal::Halfspace&>(*piece.shape).d - normal.dot(placement.getTranslation())
+          : support(*piece.shape, placement.getRotation(), placement.getTranslation(), -normal);
+  return -obstacle - link + at.t * normal.dot(piece.velocity);
 }
 
 }  // namespace humanoid_rail

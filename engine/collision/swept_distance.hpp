@@ -26,6 +26,12 @@ struct EdgeBounds {
   }
 };
 
+// How far the points of links get at most, relative to the base, and the two of each pair of links relative to each
+// other, where a coordinate changes by 1: a column for each coordinate, m/rad or 1.
+struct Levers {
+  Matrix links, pairs;
+};
+
 // All pairs of a link and a piece, link by link, and then all pairs of links that have to be checked. Not measured yet.
 [[nodiscard]] std::vector<Nearest> all_pairs(const Robot& robot, const std::vector<Obstacles::Piece>& pieces);
 
@@ -52,8 +58,17 @@ class SweptDistance {
   // Sets how far the bodies get on the edge between two configurations (n).
   void edge_bounds(const Eigen::Ref<const Vector>& a, const Eigen::Ref<const Vector>& b, EdgeBounds& bounds);
 
-  // Measures a pair at a moment: sets distance, point and normal.
+  // The levers of all coordinates, where no joint is farther from 0 than `slide` (nv).
+  [[nodiscard]] Levers levers(const Vector& slide);
+  // What rounding is a share of, m: the largest coordinate of anything, where no joint is farther from 0 than `slide`
+  // (nv) and no time farther from 0 than this, s.
+  [[nodiscard]] double size(const Vector& slide, double time) const;
+
+  // Measures a pair at a moment: sets distance, point and normal. The distance is that of two planes with the normal
+  // between the two bodies, which is a lower bound whatever the normal. Throws std::runtime_error.
   double measure(Nearest& pair, const Snapshot& at);
+  // The distance of the planes, with the normal of a pair, that touch its bodies at a moment.
+  [[nodiscard]] double separation(const Nearest& pair, const Snapshot& at) const;
 
   // A lower bound of the distance of a pair on the edge from a to b, at both of which it was measured. `moved` is how
   // far the two get relative to each other; nothing closer is looked for once the bound is as wanted.
@@ -63,6 +78,9 @@ class SweptDistance {
   [[nodiscard]] double speed(const Nearest& pair) const;
 
  private:
+  void edge_bounds(EdgeBounds& bounds);
+  [[nodiscard]] Eigen::Vector3d normal_of(const Nearest& pair) const;
+  [[nodiscard]] double separation(const Nearest& pair, const Eigen::Vector3d& normal, const Snapshot& at) const;
   [[nodiscard]] double gap(const Nearest& from, const Snapshot& at, const Snapshot& a, const Snapshot& b) const;
 
   std::shared_ptr<const Robot> robot_;

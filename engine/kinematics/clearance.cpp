@@ -7,6 +7,8 @@
 #include <coal/shape/geometric_shapes.h>
 #include <pinocchio/collision/coal-pinocchio-conversions.hpp>
 
+#include "../interruption.hpp"
+
 namespace humanoid_rail {
 
 namespace {
@@ -67,6 +69,7 @@ void ObstacleClearances::within(double horizon, const Kinematics& kinematics, Ne
   found.obstacles.clear();
   found.pieces.clear();
   for (std::size_t i = 0; i < links_.size(); ++i) {
+    Interruption::poll();
     const int link = static_cast<int>(i);
     const coal::Transform3s placement = pinocchio::toCoalTransform3s(kinematics.body(link));
     const std::size_t begin = found.obstacles.size();

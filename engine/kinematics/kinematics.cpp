@@ -6,6 +6,8 @@
 #include <pinocchio/algorithm/jacobian.hpp>
 #include <pinocchio/algorithm/kinematics.hpp>
 
+#include "../interruption.hpp"
+
 namespace humanoid_rail {
 
 Kinematics::Kinematics(std::shared_ptr<const Robot> robot)
@@ -26,6 +28,7 @@ Kinematics::Kinematics(std::shared_ptr<const Robot> robot)
 }
 
 void Kinematics::place_joints(const Eigen::Ref<const Vector>& q) {
+  Interruption::poll();
   is_complete_ = false;
   q_ = q;
   full_ = robot_->offset;

@@ -112,7 +112,8 @@ class Rollout {
     Certifier certifier(method_.scene.kinematics().robot_pointer(), obstacles_);
     Rows still(2, q_.size());
     still << q_.transpose(), q_.transpose();
-    const Certificate certificate = certifier.certify(Eigen::Vector2d(t_, t_ + duration), still);
+    const Vector times = Eigen::Vector2d(t_, t_ + duration);
+    const Certificate certificate = certifier.certify(SampledMotion(times, still, Rows(0, q_.size())));
     if (!certificate.certified) overrun_ = certificate.contact;
     return certificate.certified;
   }

@@ -9,7 +9,7 @@
 
 namespace humanoid_rail {
 
-// Twice what coal's distances are precise to: a step keeps this between all pairs, m.
+// A step keeps twice the margin of a proof between all pairs; this where coordinates are small, m.
 constexpr double APART = 2.0 * CONTACT;
 // |e| has to fall by this share for a motion to have made progress.
 constexpr double PROGRESS = 0.01;

@@ -1,14 +1,15 @@
 #include "step_judge.hpp"
 
 #include <algorithm>
+#include <cmath>
 
-#include "rollout.hpp"
+#include "../collision/margin.hpp"
 
 namespace humanoid_rail {
 
 namespace {
 
-// Rounding may take this much from a distance in a step, m.
+// Rounding may take this much from a distance in a step where coordinates are small, m.
 constexpr double DISTANCE_ROUNDING = 1e-9;
 
 }  // namespace
@@ -25,12 +26,26 @@ Step StepJudge::judge(const Place& a, const Place& b) {
   const Kind obstacles{a.seen.near.by_piece(is_compound), b.seen.near.by_piece(is_compound), b.seen.obstacle_horizon,
                        bounds_.links, drift};
   const Kind links{a.seen.links, b.seen.links, b.seen.link_horizon, bounds_.pairs, 0.0};
+  size_ = size(a, b);
   bool is_safe = true;
   if (!keeps_apart(obstacles, a, b, is_safe) || !keeps_apart(links, a, b, is_safe)) return Step::blocked;
   return is_safe ? Step::safe : Step::free;
 }
 
+double StepJudge::size(const Place& a, const Place& b) const {
+  const Robot& robot = swept_.robot();
+  const auto slide = [&robot](const Place& at) { return robot.full_configuration(at.snapshot.q).cwiseAbs().eval(); };
+  return swept_.size(slide(a).cwiseMax(slide(b)), std::max(std::abs(a.snapshot.t), std::abs(b.snapshot.t)));
+}
+
+// A pair with the distance that is proven of it, where the one that was measured is larger.
+Nearest StepJudge::proven(Nearest pair, const Place& at) const {
+  pair.distance = std::min(pair.distance, swept_.separation(pair, at.snapshot));
+  return pair;
+}
+
 bool StepJudge::keeps_apart(const Kind& kind, const Place& a, const Place& b, bool& is_safe) const {
+  const double apart = 2.0 * margin(size_);
   // What is within neither horizon stays apart if nothing gets so far.
   for (const Displacement& moved : kind.moved) {
     if (kind.horizon - (moved.length + kind.drift) / 2.0 < APART) return false;
@@ -42,17 +57,20 @@ bool StepJudge::keeps_apart(const Kind& kind, const Place& a, const Place& b, bo
     const double was = was_near ? i->distance : kind.horizon;
     Displacement moved = bounds_.of(there);
     moved.length += kind.drift;
-    const double bound = was_near ? swept_.lower_bound(*i, a.snapshot, there, b.snapshot, moved, APART)
-                                  : (was + there.distance - moved.length) / 2.0;
-    if (bound < APART) return false;
-    if (there.distance < std::min(safety_distance_, was) - DISTANCE_ROUNDING) is_safe = false;
+    const Nearest after = proven(there, b);
+    const double bound = was_near ? swept_.lower_bound(proven(*i, a), a.snapshot, after, b.snapshot, moved, apart)
+                                  : (was + after.distance - moved.length) / 2.0;
+    if (bound < apart) return false;
+    const double rounding = DISTANCE_ROUNDING + RELATIVE_ROUNDING * size_;
+    if (there.distance < std::min(safety_distance_, was) - rounding) is_safe = false;
   }
   // Those that have left the horizon.
   auto j = kind.after.begin();
   for (const Nearest& here : kind.before) {
     while (j != kind.after.end() && j->pair < here.pair) ++j;
     if (j != kind.after.end() && j->pair == here.pair) continue;
-    if ((here.distance + kind.horizon - bounds_.of(here).length - kind.drift) / 2.0 < APART) return false;
+    const double before = proven(here, a).distance;
+    if ((before + kind.horizon - bounds_.of(here).length - kind.drift) / 2.0 < apart) return false;
   }
   return true;
 }

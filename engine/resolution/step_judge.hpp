@@ -37,11 +37,14 @@ class StepJudge {
   };
 
   // Returns whether nothing touches; sets whether the safety distance is kept.
+  [[nodiscard]] double size(const Place& a, const Place& b) const;
+  [[nodiscard]] Nearest proven(Nearest pair, const Place& at) const;
   [[nodiscard]] bool keeps_apart(const Kind& kind, const Place& a, const Place& b, bool& is_safe) const;
 
   SweptDistance swept_;
   double safety_distance_;
   double fastest_ = 0.0;  // Of the obstacles, m/s.
+  double size_ = 0.0;     // Of the step, which rounding is a share of, m.
   EdgeBounds bounds_;
 };
 

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
-from collections.abc import Mapping, Sequence
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
-from types import MappingProxyType
+from types import FrameType, MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -24,6 +27,8 @@ BAD_INPUT = 2
 """This is the exit code after bad input."""
 INTERRUPTED = 130
 """This is the exit code after Ctrl-C."""
+ENDED_BY_SIGNAL = 128
+"""The exit code after another signal is its number and this, as shells have it."""
 
 
 @cache
@@ -72,8 +77,37 @@ class Command(click.Command):
                 formatter.write_dl([(written.ljust(width), said) for written, said in records], col_max=width)
 
 
+class _Terminated(BaseException):
+    """A signal asks the process to end. It is no Exception, so that nobody takes it for an error of the work."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(number)
+        self.number = number
+
+
+@contextmanager
+def _terminable() -> Iterator[None]:
+    """Let the signals TERM and HUP raise, so that what is half done is cleared away. One that is ignored stays so."""
+
+    def terminate(number: int, _frame: FrameType | None) -> None:
+        raise _Terminated(number)
+
+    signals = [s for s in (signal.SIGTERM, signal.SIGHUP) if signal.getsignal(s) is signal.SIG_DFL]
+    if threading.current_thread() is not threading.main_thread():
+        signals = []  # Python lets only the main thread handle them
+    for s in signals:
+        signal.signal(s, terminate)
+    try:
+        yield
+    finally:
+        for s in signals:
+            signal.signal(s, signal.SIG_DFL)
+
+
 def run(command: click.Command, arguments: Sequence[str] | None = None) -> None:
     """Run a command and exit: bad input is one line of stderr and exit code 2, an interrupt exit code 130.
+
+    The exit code after the signal TERM is 143, after HUP 129.
 
     Args:
         command: What to run.
@@ -89,7 +123,8 @@ def run(command: click.Command, arguments: Sequence[str] | None = None) -> None:
 def _code(command: click.Command, arguments: Sequence[str] | None) -> int:
     """Return the exit code of a command that is run."""
     try:
-        code = command.main(arguments, standalone_mode=False)
+        with _terminable():
+            code = command.main(arguments, standalone_mode=False)
     except (HumanoidRailError, click.ClickException) as error:
         message = error.format_message() if isinstance(error, click.ClickException) else str(error)
         click.echo(f"error: {' '.join(message.split())}", err=True)
@@ -97,6 +132,9 @@ def _code(command: click.Command, arguments: Sequence[str] | None) -> int:
     except (click.Abort, KeyboardInterrupt):
         click.echo("interrupted", err=True)
         return INTERRUPTED
+    except _Terminated as end:
+        click.echo("terminated", err=True)
+        return ENDED_BY_SIGNAL + end.number
     return code if isinstance(code, int) else 0
 
 

@@ -104,7 +104,8 @@ def _timing(trajectory: Trajectory) -> Iterator[tuple[str, str]]:
 
 def why_not_certified(certificate: Certificate) -> str:
     """Return what is known of a motion that is not certified."""
-    return str(certificate.contact or "it could not be shown to be free of contact")
+    known = [str(said) for said in (certificate.contact, certificate.reason) if said is not None]
+    return ", and ".join(known) or "it could not be shown to be free of contact"
 
 
 def _certified(certificate: Certificate | None, end: float) -> str:

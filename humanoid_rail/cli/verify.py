@@ -21,17 +21,18 @@ from humanoid_rail.progress import progress
     groups=GROUP,
 )
 @reads_a_plan
-def command(folder: str, scene_file: str | None, robot_file: str | None) -> int:
+@click.option("--max-checks", type=int, help="How many distances may be measured  [two million]")
+def command(folder: str, scene_file: str | None, robot_file: str | None, max_checks: int | None) -> int:
     """Prove again that the plan in FOLDER, as `plan --out` wrote it, touches nothing, or find the first contact.
 
     Only its times and configurations are believed, and its velocities if it was retimed. The proof covers all times,
     including between samples; it says nothing about joint limits or whether the targets are reached. docs/safety.md
     says what it means.
 
-    Exit code: 0 if it is certified, 1 if not, 2 after bad input.
+    Exit code: 0 if it is certified, 1 if not, 2 after bad input, 130 if interrupted.
     """
     plan = read_plan(folder, scene_file, robot_file)
     with progress("proving"):
-        certificate = verify(plan.robot, plan.scene, plan.trajectory)
+        certificate = verify(plan.robot, plan.scene, plan.trajectory, max_checks=max_checks)
     report_certificate(plan.scene.name, certificate, plan.trajectory.duration)
     return 0 if certificate.certified else 1

@@ -39,9 +39,11 @@ class Certificate:
     """The same of two links of the robot; None without pairs to check."""
     clearance_bound: float | None
     """No clearance is smaller at any time, m: a true lower bound, at most about 1 mm below the smallest one found.
-    None where there is nothing to touch."""
+    None where there is nothing to touch, and where the motion was not looked at up to its end."""
     contact: Contact | None
     """The first contact, if there is one."""
+    reason: str | None = None
+    """Why the motion was not looked at up to its end, if so, and from when on nothing is proven."""
     unchecked_pairs: tuple[UncheckedPair, ...] = ()
     """Pairs of links that were not checked against each other, or only in part, each with the reason."""
     links_without_body: tuple[str, ...] = ()

@@ -10,9 +10,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from humanoid_rail._arrays import Array
 from humanoid_rail._native import engine
 from humanoid_rail.collision.certificate import Certificate, Contact
+from humanoid_rail.errors import InvalidInput
 from humanoid_rail.model.native_robot import native_robot
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.native_obstacles import native_obstacles
@@ -21,30 +24,56 @@ from humanoid_rail.scene.obstacles import Obstacle, name_of
 if TYPE_CHECKING:
     from humanoid_rail import _engine
 
+LARGEST_BUDGET = 10**12
+"""A budget of checks cannot be larger: it would take weeks to use up."""
 
-def certify(robot: Robot, obstacles: tuple[Obstacle, ...], t: Array, q: Array) -> Certificate:
-    """Return what can be proven of a motion that is linear in q between its samples.
+
+def certify(
+    robot: Robot,
+    obstacles: tuple[Obstacle, ...],
+    t: Array,
+    q: Array,
+    velocity: Array | None = None,
+    *,
+    max_checks: int | None = None,
+) -> Certificate:
+    """Return what can be proven of a motion.
 
     Args:
         robot: The robot.
         obstacles: What its links must not touch, beside each other.
         t: Times (N,), strictly increasing, s.
         q: Configurations (N, n), m and rad.
+        velocity: Velocities (N, n), m/s and rad/s, of the cubic spline that the motion is; without them it is linear in
+            q between its samples.
+        max_checks: How many distances may be measured; :func:`default_max_checks` if not given.
 
     Raises:
+        InvalidInput: If `max_checks` is no whole number greater than 0.
         EngineMissing: If there is no native engine.
     """
-    found = engine().Certifier(native_robot(robot), native_obstacles(obstacles)).certify(t, q)
+    budget = default_max_checks() if max_checks is None else max_checks
+    if isinstance(budget, bool) or not isinstance(budget, int) or not 0 < budget <= LARGEST_BUDGET:
+        raise InvalidInput("max_checks", budget, f"a whole number from 1 to {LARGEST_BUDGET}")
+    certifier = engine().Certifier(native_robot(robot), native_obstacles(obstacles))
+    found = certifier.certify(t, q, np.empty((0, robot.n)) if velocity is None else velocity, budget)
     some_obstacle, some_pair = bool(obstacles), bool(robot.self_collision_pairs)
+    reason = None if found.stopped is None else f"budget of {budget} checks used up at t = {found.stopped:.4g} s"
     return Certificate(
         certified=found.certified,
-        min_clearance_obstacles=found.min_obstacles if some_obstacle else None,
-        min_clearance_self=found.min_links if some_pair else None,
-        clearance_bound=found.bound if some_obstacle or some_pair else None,
+        min_clearance_obstacles=_finite(found.min_obstacles) if some_obstacle else None,
+        min_clearance_self=_finite(found.min_links) if some_pair else None,
+        clearance_bound=found.bound if (some_obstacle or some_pair) and reason is None else None,
         contact=None if found.contact is None else named_contact(robot, obstacles, found.contact),
         unchecked_pairs=robot.unchecked_pairs,
         links_without_body=robot.links_without_body,
+        reason=reason,
     )
+
+
+def _finite(clearance: float) -> float | None:
+    """Return a clearance, or None where the budget was used up before any was measured."""
+    return clearance if np.isfinite(clearance) else None
 
 
 def named_contact(robot: Robot, obstacles: Sequence[Obstacle], found: _engine.Contact) -> Contact:
@@ -54,11 +83,16 @@ def named_contact(robot: Robot, obstacles: Sequence[Obstacle], found: _engine.Co
     return Contact(float(found.t), robot.link_names[found.link], name, (x, y, z))
 
 
+def default_max_checks() -> int:
+    """Return how many distances a proof measures at most, unless it is told otherwise."""
+    return int(engine().MAX_CHECKS)
+
+
 def bound_resolution() -> float:
     """Return how far a clearance bound may lie below the smallest clearance that was found, m."""
     return float(engine().RESOLUTION)
 
 
 def least_distance() -> float:
-    """Return the distance that a step keeps between all pairs, m: twice the precision of coal's distances."""
+    """Return the distance that a step keeps between all pairs, m: twice what a proof takes off a distance."""
     return float(engine().APART)

@@ -6,8 +6,9 @@ import os
 import pickle
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cache, lru_cache
 
+from humanoid_rail._parent import end_with_parent
 from humanoid_rail.errors import EngineMissing, HumanoidRailError, InvalidInput, short
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.methods import as_method
@@ -142,12 +143,20 @@ def _run(
 
 
 def _plan_chunk(job: _Job, chunk: Chunk, scenes: list[Scene]) -> tuple[Chunk, list[PlanOrError] | Packed]:
+    _watch_over(job.process)
     outcomes = [_plan_one(_robot(job.robot), scene, job.method) for scene in scenes]
     if os.getpid() == job.process:
         return chunk, outcomes
     # A method may hold functions that do not pickle. Who asked for the plans has it, and puts it in again.
     auto = as_method("auto")
     return chunk, pack([_by(auto, _that_pickles(outcome)) for outcome in outcomes], job.folder)
+
+
+@cache
+def _watch_over(process: int) -> None:
+    """Have a worker end with the process that started it, if that is the one that wants the results."""
+    if os.getppid() == process:
+        end_with_parent(process)
 
 
 def _by(method: PlanningMethod, outcome: PlanOrError) -> PlanOrError:

@@ -154,7 +154,8 @@ def judged(
     if kept_distance is None:
         return status, reason
     if status is Status.REACHED and not certificate.certified:
-        found = certificate.contact or f"no clearance larger than {certificate.clearance_bound} m could be proven"
+        unproven = f"no clearance larger than {certificate.clearance_bound} m could be proven"
+        found = certificate.contact or certificate.reason or unproven
         status, reason = Status.UNCERTIFIED, f"{reason}, but {found}"
     nearest = certificate.clearance_bound
     if nearest is not None and nearest < kept_distance - bound_resolution() - least_distance():

@@ -9,7 +9,6 @@ import numpy as np
 from humanoid_rail._arrays import FARTHEST, Array
 from humanoid_rail.collision.certificate import Certificate
 from humanoid_rail.collision.certifier import certify
-from humanoid_rail.collision.spline_certifier import certify_spline
 from humanoid_rail.errors import InvalidInput, check_kind, told_apart
 from humanoid_rail.kinematics.kinematics import Kinematics
 from humanoid_rail.model.robot import Robot, check_joint_names
@@ -34,7 +33,7 @@ class SampledMotion(Protocol):
         ...
 
 
-def verify(robot: Robot, scene: Scene, trajectory: SampledMotion) -> Certificate:
+def verify(robot: Robot, scene: Scene, trajectory: SampledMotion, *, max_checks: int | None = None) -> Certificate:
     """Prove that a motion touches no obstacle and that no links touch each other, including between samples.
 
     The motion is linear in q between its samples, whatever made it, or the cubic spline through positions and
@@ -45,20 +44,21 @@ def verify(robot: Robot, scene: Scene, trajectory: SampledMotion) -> Certificate
         robot: The robot.
         scene: The scene with the obstacles; those that move start at t = 0.
         trajectory: Times and configurations, from :func:`plan`, :func:`read_trajectory` or anywhere else.
+        max_checks: How many distances may be measured. Most motions need some thousands; two million if not given.
 
     Returns:
-        The certificate. Where there is contact it says where the first one is, and the bound is negative.
+        The certificate. Where there is contact it says where the first one is, and the bound is negative. Where the
+        checks were used up it is not certified, and its reason says so.
 
     Raises:
-        InvalidInput: If the trajectory has other joints than the robot, or its times or configurations are not valid.
+        InvalidInput: If the trajectory has other joints than the robot, its times or configurations are not valid, or
+            `max_checks` is no whole number greater than 0.
         EngineMissing: If there is no native engine.
     """
     check_kind("robot", robot, Robot)
     check_kind("scene", scene, Scene)
     t, q, velocity = _checked_motion(robot, trajectory)
-    if velocity is None:
-        return certify(robot, scene.obstacles, t, q)
-    return certify_spline(robot, scene.obstacles, t, q, velocity)
+    return certify(robot, scene.obstacles, t, q, velocity, max_checks=max_checks)
 
 
 def _checked_motion(robot: Robot, trajectory: SampledMotion) -> tuple[Array, Array, Array | None]:

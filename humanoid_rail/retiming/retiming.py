@@ -21,8 +21,7 @@ from numpy.typing import ArrayLike
 
 from humanoid_rail._arrays import Array, frozen
 from humanoid_rail.collision.certificate import Certificate
-from humanoid_rail.collision.certifier import bound_resolution
-from humanoid_rail.collision.spline_certifier import certify_spline
+from humanoid_rail.collision.certifier import bound_resolution, certify
 from humanoid_rail.errors import InvalidInput, check_kind, checked_number, told_apart
 from humanoid_rail.kinematics.joint_limits import JointMotion, limit_violations
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
@@ -267,9 +266,11 @@ def _certified_motion(
         q, velocity, acceleration = samples(control, dt)
         t = np.arange(len(q), dtype=float) * dt
         began = time.perf_counter()
-        certificate = certify_spline(robot, scene.obstacles, t, q, velocity)
+        certificate = certify(robot, scene.obstacles, t, q, velocity)
         motion = _Timed(t, q, velocity, acceleration, ends, certificate, time.perf_counter() - began)
-        bound = np.inf if certificate.clearance_bound is None else certificate.clearance_bound
+        bound = certificate.clearance_bound
+        if bound is None:  # there is nothing to touch, or nothing is known
+            bound = np.inf if certificate.certified else -np.inf
         if best is None or bound > largest:
             best, largest = motion, bound
         if bound >= wanted:

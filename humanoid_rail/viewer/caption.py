@@ -56,7 +56,8 @@ def _proof(certificate: Certificate | None) -> str:
     if certificate.certified:
         return "certified free of contact"
     contact = certificate.contact
-    return "not certified" + (f": {contact.link} touches {contact.other} at {contact.t:.2f} s" if contact else "")
+    found = f"{contact.link} touches {contact.other} at {contact.t:.2f} s" if contact else certificate.reason
+    return "not certified" + (f": {found}" if found else "")
 
 
 def _legend(trajectory: Trajectory) -> str:

@@ -16,12 +16,12 @@ from meshcat.visualizer import ViewerWindow
 
 from humanoid_rail.errors import HumanoidRailError
 
-_COMMAND = (sys.executable, "-u", "-m", "meshcat.servers.zmqserver")
+_COMMAND = (sys.executable, "-u", "-m", "humanoid_rail.viewer.server_process")
 
 
 @contextmanager
 def meshcat_server() -> Iterator[meshcat.Visualizer]:
-    """Run a meshcat server, which is a process of its own, and end it whatever happens.
+    """Run a meshcat server, which is a process of its own, and end it whatever happens, even to this process.
 
     Yields:
         What draws in it. It may be used in one thread only, but each thread may have a server of its own.
@@ -29,10 +29,11 @@ def meshcat_server() -> Iterator[meshcat.Visualizer]:
     Raises:
         HumanoidRailError: If the server does not start.
     """
-    environment = {**os.environ, "PYTHONPATH": str(Path(meshcat.__file__).parent.parent)}
+    folders = [str(file.resolve().parent.parent) for file in (Path(meshcat.__file__), Path(__file__).parent)]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(folders)}
     with TemporaryFile() as log:  # a pipe that nobody reads would stop the server once it is full
         server = subprocess.Popen(
-            _COMMAND,
+            (*_COMMAND, str(os.getpid())),
             env=environment,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
