@@ -17,6 +17,7 @@
 #include <nanobind/stl/vector.h>
 
 #include "../types.hpp"
+#include "interpreter.hpp"
 
 namespace humanoid_rail {
 
@@ -54,13 +55,13 @@ class Callback {
   Callback(const char* what, nb::callable function)
       : what_(what), function_(new nb::callable(std::move(function)), [](nb::callable* kept) {
           if (!nb::is_alive()) return;  // The interpreter has gone, and its objects with it.
-          const nb::gil_scoped_acquire acquire;
+          const LockAcquire acquire;
           delete kept;
         }) {}
 
   template <class Result>
   [[nodiscard]] Result call(const Vector& q, double t) const {
-    const nb::gil_scoped_acquire acquire;
+    const LockAcquire acquire;
     const nb::object returned = (*function_)(q, t);
     Result result;
     if (nb::try_cast(returned, result)) return result;

@@ -4,7 +4,6 @@
 
 #include "../resolution/rollout.hpp"
 #include "bindings.hpp"
-#include "interruptible.hpp"
 
 namespace humanoid_rail {
 
@@ -19,7 +18,7 @@ NB_MODULE(_engine, module) {
   module.attr("MAX_CHECKS") = MAX_CHECKS;
   module.attr("APART") = APART;
   module.attr("PROGRESS") = PROGRESS;
-  find_main_thread();
+  prepare_for_interpreter();
   bind_model(module);
   bind_scene(module);
   bind_tasks(module);

@@ -40,8 +40,8 @@ class Format:
     """Writes what is to be exported and returns the files written."""
     has_passive: bool = False
     """Whether there is a choice to have the passive joints too."""
-    is_folder: bool = False
-    """Whether it is a folder instead of a file."""
+    is_file: bool = False
+    """Whether it is one file instead of a folder."""
 
 
 def export(
@@ -86,7 +86,7 @@ def check_out(format: str, out: str | Path) -> None:
         raise InvalidInput("format", format, f"one of {', '.join(FORMATS)}{did_you_mean(format, FORMATS)}")
     if not isinstance(out, str | Path):
         raise InvalidInput("out", out, "the name of a file, or of a folder for mujoco")
-    if FORMATS[format].is_folder:
+    if not FORMATS[format].is_file:
         check_folder(out)
         return
     check_file(out)
@@ -125,14 +125,17 @@ def _write_mujoco(job: Job) -> tuple[Path, ...]:
 
 
 FORMATS: Mapping[str, Format] = {
-    "csv": Format("a table: times, joints, hands", _write_csv),
-    "npz": Format("NumPy arrays", _write_npz),
-    "ros-json": Format("ROS 2 trajectory_msgs/JointTrajectory as JSON", _write_ros_json, has_passive=True),
+    "csv": Format("a table: times, joints, hands", _write_csv, is_file=True),
+    "npz": Format("NumPy arrays", _write_npz, is_file=True),
+    "ros-json": Format(
+        "ROS 2 trajectory_msgs/JointTrajectory as JSON", _write_ros_json, has_passive=True, is_file=True
+    ),
     "ros-yaml": Format(
-        "ROS 2 trajectory_msgs/JointTrajectory as YAML, for ros2 topic pub", _write_ros_yaml, has_passive=True
+        "ROS 2 trajectory_msgs/JointTrajectory as YAML, for ros2 topic pub",
+        _write_ros_yaml,
+        has_passive=True,
+        is_file=True,
     ),
-    "mujoco": Format(
-        "a folder with a MuJoCo model of robot and scene, the motion and a player", _write_mujoco, is_folder=True
-    ),
+    "mujoco": Format("a folder with a MuJoCo model of robot and scene, the motion and a player", _write_mujoco),
 }
 """What :func:`export` can write, by name."""

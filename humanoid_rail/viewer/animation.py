@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import meshcat
 import numpy as np
 import pinocchio as pin
-from meshcat.animation import Animation
+from meshcat.animation import Animation, AnimationClip, AnimationTrack
 
+from humanoid_rail._arrays import Array
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.scene.obstacles import is_moving
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.trajectory import Trajectory
 from humanoid_rail.viewer.closest_pairs import ClosestPairs
@@ -40,11 +44,28 @@ def animate(
             for kind, closest in pairs._asdict().items():
                 if closest:
                     move_connection(at[f"closest/{kind}"], closest[frame].points)
-    moving = [(i, np.array(velocity)) for i, velocity in enumerate(moving_together(scene.obstacles)) if any(velocity)]
-    end = int(np.argmax(times))
-    # Obstacles move evenly, so a few frames are enough: meshcat interpolates in between.
-    for frame in sorted({0, max(end - 1, 0), end, len(times) - 1}):
-        with animation.at_frame(view, frame) as at:
-            for i, velocity in moving:
-                at[f"obstacles/{i}"].set_property("position", "vector3", (times[frame] * velocity).tolist())
+    if tracks := _moving(scene, times):
+        animation.clips[view["obstacles"].path] = AnimationClip(tracks, FRAMES_PER_SECOND)
     return animation
+
+
+class _Track(AnimationTrack):  # type: ignore[misc]  # meshcat has no types
+    """A track of a part of an object, which meshcat's own cannot name: `PART.PROPERTY`."""
+
+    def lower(self) -> dict[str, Any]:
+        return {**super().lower(), "name": self.name}
+
+
+def _moving(scene: Scene, times: Array) -> dict[str, _Track]:
+    """Return the tracks of obstacles that move, which are drawn in groups of the same velocity.
+
+    They move evenly, so a few frames are enough: meshcat interpolates in between.
+    """
+    end = int(np.argmax(times))
+    frames = sorted({0, max(end - 1, 0), end, len(times) - 1})
+    tracks = {}
+    for name, together in moving_together(scene.obstacles).items():
+        if is_moving(together[0]):
+            positions = np.outer(times[frames], together[0].velocity).tolist()
+            tracks[name] = _Track(f"{name}.position", "vector3", frames, positions)
+    return tracks

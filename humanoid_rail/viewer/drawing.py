@@ -16,7 +16,7 @@ from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import HalfSpace, Obstacle, Vector
 from humanoid_rail.scene.shapes import PlacedShape, placed_shapes
 from humanoid_rail.viewer.colours import OBSTACLE_COLOUR, WALL_COLOUR
-from humanoid_rail.viewer.forms import draw_shapes
+from humanoid_rail.viewer.forms import Group, instances
 
 DIRECTION_LENGTH = 0.45
 """The cone that shows in which direction a hand has to point is this long, m."""
@@ -32,31 +32,35 @@ def draw_bodies(view: meshcat.Visualizer, robot: Robot, bodies: pin.GeometryMode
         colour = int(rgb[0]) << 16 | int(rgb[1]) << 8 | int(rgb[2])
         placement = coal.Transform3s(body.placement.rotation, body.placement.translation)
         placed = PlacedShape(body.geometry, placement)
-        draw_shapes(view[f"{joint}/{body.name}"], [placed], colour, float(body.meshColor[3]))
+        view[f"{joint}/{body.name}"].set_object(
+            Group({body.name: instances([placed], colour, float(body.meshColor[3]))})
+        )
 
 
 def draw_obstacles(view: meshcat.Visualizer, obstacles: Iterable[Obstacle]) -> None:
-    """Draw obstacles: those that move alike in one node, which the animation moves.
+    """Draw obstacles as one object: a group for those that move alike, named as :func:`moving_together` does.
 
-    Their number hardly matters: those of the same form are one object.
+    Their number hardly matters: in a group those of the same form are one object.
     """
-    for number, together in enumerate(moving_together(obstacles).values()):
-        walls = [isinstance(obstacle, HalfSpace) for obstacle in together]
-        for name, are_walls, colour, opacity, order in (
-            ("walls", True, WALL_COLOUR, 0.2, -2),
-            ("bodies", False, OBSTACLE_COLOUR, 0.35, -1),
-        ):
-            alike = [obstacle for obstacle, is_wall in zip(together, walls, strict=True) if is_wall is are_walls]
-            shapes = [piece for obstacle in alike for piece in placed_shapes(obstacle)]
-            draw_shapes(view[f"{number}/{name}"], shapes, colour, opacity, order)
+    groups = {}
+    for name, together in moving_together(obstacles).items():
+        walls: list[PlacedShape] = []
+        bodies: list[PlacedShape] = []
+        for obstacle in together:
+            (walls if isinstance(obstacle, HalfSpace) else bodies).extend(placed_shapes(obstacle))
+        groups[name] = [
+            *instances(walls, WALL_COLOUR, 0.2, order=-2),
+            *instances(bodies, OBSTACLE_COLOUR, 0.35, order=-1),
+        ]
+    view.set_object(Group(groups))
 
 
-def moving_together(obstacles: Iterable[Obstacle]) -> dict[Vector, list[Obstacle]]:
-    """Return obstacles by their velocity (3,), m/s, in the order in which the velocities first occur."""
+def moving_together(obstacles: Iterable[Obstacle]) -> dict[str, list[Obstacle]]:
+    """Return obstacles that have the same velocity, by a name for each velocity in the order in which they occur."""
     grouped: dict[Vector, list[Obstacle]] = {}
     for obstacle in obstacles:
         grouped.setdefault(obstacle.velocity, []).append(obstacle)
-    return grouped
+    return {f"together{number}": together for number, together in enumerate(grouped.values())}
 
 
 def draw_target(view: meshcat.Visualizer, at: Array, direction: Array | None, colour: int) -> None:

@@ -5,11 +5,10 @@ Any number of shapes of a form are one object in the browser, with 64 bytes for 
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import coal
-import meshcat
 import meshcat.geometry as mg
 import meshcat.transformations as mt
 import numpy as np
@@ -23,6 +22,10 @@ EDGES = "edges"
 """The name of the form that shows the edges of a box."""
 WALL = (20.0, 20.0, 0.01)
 """Half-spaces are drawn as plates of this size, m."""
+MANY = 2000
+"""Where there are more bodies than this, those that are round have fewer corners."""
+COARSER = 2
+"""Round bodies among many have fewer corners around by this factor."""
 _CORNERS = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
 _BOX_EDGES = np.array([(a, a + step) for step in (1, 2, 4) for a in range(8) if not a & step])
 # meshcat's cylinders and the poles of its spheres lie along y, those of coal and URDF along z.
@@ -47,7 +50,7 @@ class _HalfSphere(mg.Sphere):  # type: ignore[misc]  # meshcat has no types
         super().__init__(1.0)
 
     def lower(self, object_data: dict[str, Any]) -> dict[str, Any]:
-        return {**super().lower(object_data), "thetaLength": np.pi / 2}
+        return {**super().lower(object_data), "thetaLength": np.pi / 2, "heightSegments": 10}
 
 
 class _Tube(mg.Cylinder):  # type: ignore[misc]
@@ -55,6 +58,7 @@ class _Tube(mg.Cylinder):  # type: ignore[misc]
 
     def __init__(self) -> None:
         super().__init__(2.0)
+        self.radialSegments = 20
 
     def lower(self, object_data: dict[str, Any]) -> dict[str, Any]:
         return {**super().lower(object_data), "openEnded": True}
@@ -109,16 +113,13 @@ def forms_of(placed: PlacedShape) -> list[Form]:
             raise TypeError(f"no picture of a {type(shape).__name__}")
 
 
-def draw_shapes(
-    view: meshcat.Visualizer, shapes: Iterable[PlacedShape], colour: int, opacity: float, order: int = 0
-) -> None:
-    """Draw shapes where they are, all of the same form as one object in a node of its own.
+def instances(shapes: Iterable[PlacedShape], colour: int, opacity: float, order: int = 0) -> list[mg.Object]:
+    """Return objects that show shapes where they are, one for all shapes of the same form.
 
     Args:
-        view: The node to draw into.
-        shapes: What to draw.
+        shapes: What to show.
         colour: The colour of all of them.
-        opacity: From 0 to 1. Boxes that can be looked through are drawn with their edges.
+        opacity: From 0 to 1. Boxes that can be looked through are shown with their edges.
         order: Of what can be looked through, that with the smallest number is drawn first and is behind the rest.
 
     Raises:
@@ -133,9 +134,45 @@ def draw_shapes(
     # Bodies that can be looked through must not hide each other, in whatever order they are drawn.
     body = mg.MeshPhongMaterial(color=colour, opacity=opacity, transparent=see_through, depthWrite=not see_through)
     line = mg.MeshBasicMaterial(color=colour, wireframe=True)
-    for number, (name, forms) in enumerate(grouped.items()):
-        transforms = np.array([form.transform for form in forms])
-        view[str(number)].set_object(_Instances(forms[0].geometry, line if name == EDGES else body, transforms, order))
+    return [
+        _Instances(
+            forms[0].geometry, line if name == EDGES else body, np.array([form.transform for form in forms]), order
+        )
+        for name, forms in grouped.items()
+    ]
+
+
+class Group(mg.Object):  # type: ignore[misc]
+    """Objects in groups of their own, each of which the animation can move by its name.
+
+    They are one node to meshcat; thousands of its nodes would keep the browser busy for a minute.
+    """
+
+    def __init__(self, groups: Mapping[str, Sequence[mg.Object]]) -> None:
+        super().__init__(None, None)
+        self._groups = groups
+
+    def lower(self) -> dict[str, Any]:
+        """Return what the browser makes the objects of; what they share is there once."""
+        geometries: dict[str, Any] = {}
+        materials: dict[str, Any] = {}
+        children, count = [], 0
+        for name, objects in self._groups.items():
+            lowered = [each.lower() for each in objects]
+            for data in lowered:
+                geometries |= {geometry["uuid"]: geometry for geometry in data["geometries"]}
+                materials |= {material["uuid"]: material for material in data["materials"]}
+            count += sum(data["object"]["count"] for data in lowered)
+            children.append({"type": "Group", "name": name, "children": [data["object"] for data in lowered]})
+        if count > MANY:
+            for geometry in geometries.values():
+                geometry |= {key: geometry[key] // COARSER for key in geometry if key.endswith("Segments")}
+        return {
+            "metadata": {"version": 4.5, "type": "Object"},
+            "geometries": [*geometries.values()],
+            "materials": [*materials.values()],
+            "object": {"uuid": self.uuid, "type": "Group", "children": children},
+        }
 
 
 def _scaling(factors: Iterable[float]) -> Array:

@@ -2,11 +2,27 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import meshcat.geometry as mg
 import numpy as np
 from scipy.spatial import ConvexHull
 
 from humanoid_rail._arrays import Array
+
+
+class _Smooth(mg.TriangularMeshGeometry):  # type: ignore[misc]  # meshcat has no types
+    """Triangles that look round: at a point the normal is the mean of those of its triangles, by their area."""
+
+    def lower(self, object_data: dict[str, Any]) -> dict[str, Any]:
+        a, b, c = (self.vertices[self.faces[:, corner]] for corner in range(3))
+        normals = np.zeros_like(self.vertices)
+        for corner in range(3):
+            np.add.at(normals, self.faces[:, corner], np.cross(b - a, c - a))
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        data: dict[str, Any] = super().lower(object_data)
+        data["data"]["attributes"]["normal"] = mg.pack_numpy_array(normals.T)
+        return data
 
 
 def hull_mesh(points: Array) -> mg.TriangularMeshGeometry:
@@ -19,7 +35,7 @@ def hull_mesh(points: Array) -> mg.TriangularMeshGeometry:
     )
     # meshcat draws the side from which the corners of a face go round counterclockwise.
     faces[inward < 0] = faces[inward < 0][:, ::-1]
-    return mg.TriangularMeshGeometry(points, faces)
+    return _Smooth(points, faces)
 
 
 def line_mesh(points: Array, pairs: Array) -> mg.TriangularMeshGeometry:

@@ -35,25 +35,26 @@ def commands(page: str) -> list[dict[str, Any]]:
     return found
 
 
-def drawn(page: Any, path: str) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return the corners, m, of the box around each of the bodies that a browser draws in a node."""
-    boxes = page.evaluate(
-        """path => {
+def drawn(page: Any, group: str) -> list[list[tuple[np.ndarray, np.ndarray]]]:
+    """Return for each object of a group the corners, m, of the box around each of the bodies that a browser draws."""
+    objects = page.evaluate(
+        """group => {
             viewer.scene.updateMatrixWorld(true);
             const world = viewer.scene_tree.find(["meshcat", "world"]).object;
-            const mesh = viewer.scene_tree.find(["meshcat", "world", ...path.split("/"), "<object>"]).object;
-            mesh.geometry.computeBoundingBox();
-            return [...Array(mesh.count).keys()].map(i => {
-                const at = world.matrixWorld.clone(), own = at.clone();
-                mesh.getMatrixAt(i, own);
-                at.invert().multiply(mesh.matrixWorld).multiply(own);
-                const box = mesh.geometry.boundingBox.clone().applyMatrix4(at);
-                return [box.min.toArray(), box.max.toArray()];
+            return world.getObjectByName(group).children.map(mesh => {
+                mesh.geometry.computeBoundingBox();
+                return [...Array(mesh.count).keys()].map(i => {
+                    const at = world.matrixWorld.clone(), own = at.clone();
+                    mesh.getMatrixAt(i, own);
+                    at.invert().multiply(mesh.matrixWorld).multiply(own);
+                    const box = mesh.geometry.boundingBox.clone().applyMatrix4(at);
+                    return [box.min.toArray(), box.max.toArray()];
+                });
             });
         }""",
-        path,
+        group,
     )
-    return [(np.array(low), np.array(high)) for low, high in boxes]
+    return [[(np.array(low), np.array(high)) for low, high in boxes] for boxes in objects]
 
 
 def tracks(page: str, path: str) -> dict[str, np.ndarray]:

@@ -31,11 +31,11 @@ def moving(robot: Robot, scene: Scene) -> tuple[Scene, Trajectory]:
 def test_the_animation_moves_obstacles_and_connections(robot: Robot, moving: tuple[Scene, Trajectory]) -> None:
     scene, trajectory = moving
     page = playback_html(robot, scene, trajectory)
-    positions = tracks(page, "obstacles/0")[".position"]
+    (positions,) = (moved := tracks(page, "obstacles")).values()
     times = np.minimum(np.arange(len(positions)) / FRAMES_PER_SECOND, trajectory.duration)
     assert len(positions) / FRAMES_PER_SECOND > trajectory.duration + HOLD
     np.testing.assert_allclose(positions, np.outer(times, scene.obstacles[0].velocity), atol=1e-9)
-    assert not tracks(page, "obstacles/1")
+    assert [*moved] == ["together0.position"], "the other one is at rest"
 
     kinematics = Kinematics(robot, scene.obstacles)
     for kind in ("obstacles", "links"):
@@ -62,7 +62,7 @@ def test_the_browser_moves_obstacles_and_connections(
     with opened(tmp_path / "page.html") as (page, troubles):
         for t in (1.0, 3.0, trajectory.duration + 1.0):
             seek(page, t)
-            ((low, high),) = drawn(page, "obstacles/0/bodies/0")
+            (((low, high),),) = drawn(page, "together0")
             top, bottom, one, two = np.array(
                 page.evaluate(
                     """() => {

@@ -92,8 +92,7 @@ def test_every_kind_of_obstacle_is_drawn(robot: Robot, tmp_path: Path, cube_file
     scene = Scene(name="<all> & more", targets=targets, obstacles=obstacles)
     (tmp_path / "page.html").write_text(playback_html(robot, scene, plan(robot, scene)), encoding="utf-8")
     with opened(tmp_path / "page.html") as (page, troubles):
-        kinds = ("walls/0", "bodies/0", "bodies/1", "bodies/2", "bodies/3", "bodies/4", "bodies/5")
-        (wall,), (sphere,), (box,), edges, (tube,), ends, (hull,) = (drawn(page, f"obstacles/0/{k}") for k in kinds)
+        (wall,), (sphere,), (box,), edges, (tube,), ends, (hull,) = drawn(page, "together0")
         assert page.title().startswith("<all> & more")
         assert page.inner_text("body").startswith("<all> & more: ")
         assert not troubles
