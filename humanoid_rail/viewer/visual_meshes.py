@@ -21,7 +21,7 @@ from humanoid_rail.model.urdf import read_urdf
 from humanoid_rail.model.urdf_link import MeshFile, UrdfBody
 from humanoid_rail.scene.mesh_files import load, unit
 from humanoid_rail.scene.shapes import PlacedShape
-from humanoid_rail.viewer.forms import draw_shapes
+from humanoid_rail.viewer.forms import Group, instances
 from humanoid_rail.viewer.mesh_names import find_mesh
 
 PLAIN = (0.7, 0.7, 0.7, 1.0)
@@ -75,7 +75,7 @@ def _draw(view: meshcat.Visualizer, body: UrdfBody, link: pin.SE3) -> None:
     else:
         colour, opacity = _byte_colour(np.array(PLAIN if body.rgba is None else body.rgba))
         placed = PlacedShape(body.shape, coal.Transform3s(placement.rotation, placement.translation))
-        draw_shapes(view, [placed], colour, opacity)
+        view.set_object(Group({"shape": instances([placed], colour, opacity)}))
 
 
 def _byte_colour(rgba: Array) -> tuple[int, float]:
