@@ -24,7 +24,7 @@ KINDS = ("sphere", "capsule", "box", "halfspace")
 
 def sliding_capsule(radius: float, length: float, rpy: tuple[float, float, float]) -> Robot:
     """Return a capsule on three prismatic joints, so that a configuration is a place, m."""
-    limit = '<limit lower="-1e5" upper="1e5" effort="1" velocity="1"/>'
+    limit = '<limit lower="-1e4" upper="1e4" effort="1" velocity="1"/>'
     parts = ['<link name="base"/><link name="x"/><link name="y"/>']
     for parent, child, axis in (("base", "x", "1 0 0"), ("x", "y", "0 1 0"), ("y", "tip", "0 0 1")):
         parts.append(

@@ -29,10 +29,12 @@ def test_distances_of_links_have_the_right_gradient(
         for _ in range(12):
             q = random_q(thick, rng)
             links = fast.state(q).links
-            assert links.distance.shape == (27,)
-            assert links.gradient.shape == (27, 12)
+            pairs = len(thick.self_collision_pairs)
+            assert pairs >= 27
+            assert links.distance.shape == (pairs,)
+            assert links.gradient.shape == (pairs, 12)
             numeric = central_difference(lambda x, fast=fast: fast.measure(x).self_clearance, q)
-            for i in range(27):
+            for i in range(pairs):
                 # Where axes cross or are parallel the distance has a kink, at which no gradient can be compared.
                 h = 1e-5 * spread
                 again = central_difference(lambda x, fast=fast: fast.measure(x).self_clearance, q, h)[i]
