@@ -207,12 +207,7 @@ class Certifier::Search {
   // Sets what is true of the whole motion.
   void measure_motion() {
     const Robot& robot = self_.robot();
-    Vector farthest = motion_.configuration(0).cwiseAbs();  // From 0, of each coordinate.
-    for (Eigen::Index k = 0; k + 1 < motion_.size(); ++k) {
-      const Vector ends = motion_.configuration(k).cwiseAbs().cwiseMax(motion_.configuration(k + 1).cwiseAbs());
-      farthest = farthest.cwiseMax(ends + motion_.bend(k, 0.0, 1.0));
-    }
-    const Vector slide = robot.coupling.cwiseAbs() * farthest + robot.offset.cwiseAbs();
+    const Vector slide = robot.coupling.cwiseAbs() * motion_.farthest() + robot.offset.cwiseAbs();
     const double latest = std::max(std::abs(motion_.time(0)), std::abs(motion_.time(motion_.size() - 1)));
     margin_ = margin(self_.swept_.size(slide, latest));
     if (motion_.is_spline()) levers_ = self_.swept_.levers(slide);

@@ -18,6 +18,16 @@ Vector SampledMotion::configuration(Eigen::Index k, double share) const {
   return configuration(k) + share * (slope + share * (quadratic(k) + share * cubic(k)));
 }
 
+Vector SampledMotion::farthest() const {
+  Vector farthest = q_.cwiseAbs().colwise().maxCoeff().transpose();
+  if (!is_spline()) return farthest;
+  for (Eigen::Index k = 0; k + 1 < size(); ++k) {
+    const Vector ends = q_.row(k).cwiseAbs().cwiseMax(q_.row(k + 1).cwiseAbs()).transpose();
+    farthest = farthest.cwiseMax(ends + bend(k, 0.0, 1.0));
+  }
+  return farthest;
+}
+
 // A function is at most max |q''| length^2 / 8 from its chord, and q'' of a cubic is largest at an end.
 Vector SampledMotion::bend(Eigen::Index k, double from, double to) const {
   if (!is_spline()) return Vector::Zero(q_.cols());

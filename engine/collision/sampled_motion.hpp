@@ -11,7 +11,7 @@ class SampledMotion {
   using Times = Eigen::Ref<const Vector>;
   using Samples = Eigen::Ref<const Rows>;
 
-  // Times (N), ever later, configurations (N, n) and velocities (N, n), or (0, n) for a motion that is linear.
+  // Times (N), strictly increasing, configurations (N, n) and velocities (N, n), or (0, n) for a motion that is linear.
   SampledMotion(const Times& t, const Samples& q, const Samples& velocity) : t_(t), q_(q), velocity_(velocity) {}
 
   [[nodiscard]] Eigen::Index size() const { return t_.size(); }
@@ -22,6 +22,8 @@ class SampledMotion {
   // Time and configuration at a share from 0 to 1 of the edge from sample k to the next.
   [[nodiscard]] double time(Eigen::Index k, double share) const { return t_[k] + share * (t_[k + 1] - t_[k]); }
   [[nodiscard]] Vector configuration(Eigen::Index k, double share) const;
+  // How far from 0 each coordinate (n) gets at most.
+  [[nodiscard]] Vector farthest() const;
   // How far each coordinate (n) gets at most from the straight line between two shares of the edge from sample k.
   [[nodiscard]] Vector bend(Eigen::Index k, double from, double to) const;
 

@@ -19,11 +19,16 @@ namespace {
 double support(const coal::CollisionGeometry& geometry, const Eigen::Matrix3d& rotation,
                const Eigen::Vector3d& translation, const Eigen::Vector3d& direction) {
   const double middle = direction.dot(translation);
-  if (geometry.getNodeType() == coal::GEOM_CAPSULE) {  // The paper's robot is made of these.
+  const auto kind = geometry.getNodeType();
+  if (kind == coal::GEOM_CAPSULE) {  // The paper's robot is made of these.
     const auto& capsule = static_cast<const coal::Capsule&>(geometry);
     return middle + std::abs(rotation.col(2).dot(direction)) * capsule.halfLength + capsule.radius;
   }
+  if (kind == coal::GEOM_SPHERE) return middle + static_cast<const coal::Sphere&>(geometry).radius;
   const Eigen::Vector3d local = rotation.transpose() * direction;
+  if (kind == coal::GEOM_BOX) {
+    return middle + local.cwiseAbs().dot(static_cast<const coal::Box&>(geometry).halfSide);
+  }
   int hint = 0;
   const auto& shape = static_cast<const coal::ShapeBase&>(geometry);
   constexpr auto OPTIONS = coal::details::SupportOptions::WithSweptSphere;
@@ -142,14 +147,17 @@ double SweptDistance::measure(Nearest& pair, const Snapshot& at) {
   const auto shape = [&](int link) -> const coal::CollisionGeometry& {
     return *robot_->bodies.geometryObjects[static_cast<std::size_t>(link)].geometry;
   };
-  const auto placement = [&](int link) { return pinocchio::toCoalTransform3s(body(at, link)); };
+  const auto link = body(at, pair.link);
   if (pair.is_with_obstacle()) {
     const auto& piece = pieces_[static_cast<std::size_t>(pair.piece)];
-    meter_.measure(shape(pair.link), placement(pair.link), *piece.shape, piece.at(at.t), pair);
+    meter_.measure(shape(pair.link), pinocchio::toCoalTransform3s(link), *piece.shape, piece.at(at.t), pair);
+    pair.distance = separation_from(pair, normal_of(pair), link, at.t);
   } else {
-    meter_.measure(shape(pair.link), placement(pair.link), shape(pair.other), placement(pair.other), pair);
+    const auto other = body(at, pair.other);
+    meter_.measure(shape(pair.link), pinocchio::toCoalTransform3s(link), shape(pair.other),
+                   pinocchio::toCoalTransform3s(other), pair);
+    pair.distance = separation_of_links(pair, pair.normal, link, other);
   }
-  pair.distance = separation(pair, at);
   if (!std::isfinite(pair.distance)) throw std::runtime_error("a distance that is not a number");
   return pair.distance;
 }
@@ -195,20 +203,31 @@ Eigen::Vector3d SweptDistance::normal_of(const Nearest& pair) const {
 }
 
 double SweptDistance::separation(const Nearest& pair, const Eigen::Vector3d& normal, const Snapshot& at) const {
-  const auto coordinate = [&](int link, const Eigen::Vector3d& direction) {
-    const auto& geometry = robot_->bodies.geometryObjects[static_cast<std::size_t>(link)];
-    const auto body = this->body(at, link);
-    return support(*geometry.geometry, body.rotation(), body.translation(), direction);
-  };
-  const double link = coordinate(pair.link, normal);
-  if (!pair.is_with_obstacle()) return -coordinate(pair.other, -normal) - link;
+  const auto link = body(at, pair.link);
+  return pair.is_with_obstacle() ? separation_from(pair, normal, link, at.t)
+                                 : separation_of_links(pair, normal, link, body(at, pair.other));
+}
+
+double SweptDistance::separation_from(const Nearest& pair, const Eigen::Vector3d& normal, const pinocchio::SE3& link,
+                                      double t) const {
   const auto& piece = pieces_[static_cast<std::size_t>(pair.piece)];
   const auto& placement = piece.placement;
   const double obstacle =
       piece.shape->getNodeType() == coal::GEOM_HALFSPACE
           ? static_cast<const coal::Halfspace&>(*piece.shape).d - normal.dot(placement.getTranslation())
           : support(*piece.shape, placement.getRotation(), placement.getTranslation(), -normal);
-  return -obstacle - link + at.t * normal.dot(piece.velocity);
+  return -obstacle - coordinate(pair.link, link, normal) + t * normal.dot(piece.velocity);
+}
+
+double SweptDistance::separation_of_links(const Nearest& pair, const Eigen::Vector3d& normal,
+                                          const pinocchio::SE3& link, const pinocchio::SE3& other) const {
+  return -coordinate(pair.other, other, -normal) - coordinate(pair.link, link, normal);
+}
+
+// The largest coordinate of a link at a placement along a direction of length 1.
+double SweptDistance::coordinate(int link, const pinocchio::SE3& placement, const Eigen::Vector3d& direction) const {
+  const auto& shape = *robot_->bodies.geometryObjects[static_cast<std::size_t>(link)].geometry;
+  return support(shape, placement.rotation(), placement.translation(), direction);
 }
 
 }  // namespace humanoid_rail

@@ -81,6 +81,11 @@ class SweptDistance {
   void edge_bounds(EdgeBounds& bounds);
   [[nodiscard]] Eigen::Vector3d normal_of(const Nearest& pair) const;
   [[nodiscard]] double separation(const Nearest& pair, const Eigen::Vector3d& normal, const Snapshot& at) const;
+  [[nodiscard]] double separation_from(const Nearest& pair, const Eigen::Vector3d& normal, const pinocchio::SE3& link,
+                                       double t) const;
+  [[nodiscard]] double separation_of_links(const Nearest& pair, const Eigen::Vector3d& normal,
+                                           const pinocchio::SE3& link, const pinocchio::SE3& other) const;
+  [[nodiscard]] double coordinate(int link, const pinocchio::SE3& placement, const Eigen::Vector3d& direction) const;
   [[nodiscard]] double gap(const Nearest& from, const Snapshot& at, const Snapshot& a, const Snapshot& b) const;
 
   std::shared_ptr<const Robot> robot_;

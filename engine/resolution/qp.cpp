@@ -94,9 +94,9 @@ void SafeVelocity::set_equalities(const Observation& at, const Safety& safety) {
   ce_ = -b;
 }
 
-bool SafeVelocity::keeps_equalities(const Vector& velocity, double precision) const {
+bool SafeVelocity::keeps_equalities(const Vector& velocity, double share, double precision) const {
   for (Eigen::Index i = 0; i < ce_.size(); ++i) {
-    if (!(std::abs(CE_.row(i).dot(velocity) + ce_[i]) <= precision)) return false;
+    if (!(std::abs(share * CE_.row(i).dot(velocity) + ce_[i]) <= precision)) return false;
   }
   return true;
 }
@@ -126,7 +126,7 @@ bool SafeVelocity::holds(const Vector& velocity, double precision) const {
   for (Eigen::Index i = 0; i < count_; ++i) {
     if (!(G_.col(i).dot(velocity) >= h_[i] - precision)) return false;
   }
-  return keeps_equalities(velocity, precision);
+  return keeps_equalities(velocity, 1.0, precision);
 }
 
 // Sets velocity to the closest to the reference: min |x - r|^2 + w |J (x - r)|^2 within the bounds, G x >= h and A x =

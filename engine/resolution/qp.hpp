@@ -49,8 +49,8 @@ class SafeVelocity {
   void observe(const Eigen::Ref<const Vector>& q, double t, const Gains& gains, const Safety& safety,
                Observation& seen);
 
-  // Whether a velocity (n) satisfies the equalities of the last velocity's program.
-  [[nodiscard]] bool keeps_equalities(const Vector& velocity, double precision = FEASIBLE) const;
+  // Whether a share of a velocity (n) satisfies the equalities of the last velocity's program.
+  [[nodiscard]] bool keeps_equalities(const Vector& velocity, double share = 1.0, double precision = FEASIBLE) const;
   // The rows G q_dot >= h of the last velocity (m, n) and (m): of the pairs that can bind.
   [[nodiscard]] Matrix rows() const { return G_.leftCols(count_).transpose(); }
   [[nodiscard]] Vector sides() const { return h_.head(count_); }

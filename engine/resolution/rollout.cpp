@@ -66,7 +66,7 @@ class Rollout {
     if (t_ - singular_.since > settings_.patience) return stand(Status::singular);
     double share = choose_share(velocity, duration);
     if (share < 0.0) {
-      if (!moving_ || !method_.keeps_equalities(0.0 * velocity)) return stand(Status::stalled);
+      if (!moving_ || !method_.keeps_equalities(velocity, 0.0)) return stand(Status::stalled);
       if (!can_stand_still(duration)) return stand(Status::overrun);
       share = 0.0;
       next_ = q_;
@@ -88,7 +88,7 @@ class Rollout {
     double free_share = -1.0;
     for (int halving = 0; halving <= HALVINGS + 1; ++halving) {
       const double share = halving <= HALVINGS ? std::ldexp(1.0, -halving) : 0.0;
-      if (!method_.keeps_equalities(share * velocity)) continue;
+      if (!method_.keeps_equalities(velocity, share)) continue;
       set_next(share * duration * velocity);
       if (!moving_ && next_ == q_) return -1.0;
       look(next_, t_ + duration, there_);

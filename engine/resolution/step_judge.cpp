@@ -12,6 +12,10 @@ namespace {
 // Rounding may take this much from a distance in a step where coordinates are small, m.
 constexpr double DISTANCE_ROUNDING = 1e-9;
 
+// coal's distances are precise to about 1e-6 (1 + distance), m. Pairs that stay farther apart than a thousand times
+// that need no proof.
+constexpr double RESERVE = 1e-3;
+
 }  // namespace
 
 StepJudge::StepJudge(std::shared_ptr<const Robot> robot, const Obstacles& obstacles, double safety_distance)
@@ -26,26 +30,12 @@ Step StepJudge::judge(const Place& a, const Place& b) {
   const Kind obstacles{a.seen.near.by_piece(is_compound), b.seen.near.by_piece(is_compound), b.seen.obstacle_horizon,
                        bounds_.links, drift};
   const Kind links{a.seen.links, b.seen.links, b.seen.link_horizon, bounds_.pairs, 0.0};
-  size_ = size(a, b);
   bool is_safe = true;
   if (!keeps_apart(obstacles, a, b, is_safe) || !keeps_apart(links, a, b, is_safe)) return Step::blocked;
   return is_safe ? Step::safe : Step::free;
 }
 
-double StepJudge::size(const Place& a, const Place& b) const {
-  const Robot& robot = swept_.robot();
-  const auto slide = [&robot](const Place& at) { return robot.full_configuration(at.snapshot.q).cwiseAbs().eval(); };
-  return swept_.size(slide(a).cwiseMax(slide(b)), std::max(std::abs(a.snapshot.t), std::abs(b.snapshot.t)));
-}
-
-// A pair with the distance that is proven of it, where the one that was measured is larger.
-Nearest StepJudge::proven(Nearest pair, const Place& at) const {
-  pair.distance = std::min(pair.distance, swept_.separation(pair, at.snapshot));
-  return pair;
-}
-
 bool StepJudge::keeps_apart(const Kind& kind, const Place& a, const Place& b, bool& is_safe) const {
-  const double apart = 2.0 * margin(size_);
   // What is within neither horizon stays apart if nothing gets so far.
   for (const Displacement& moved : kind.moved) {
     if (kind.horizon - (moved.length + kind.drift) / 2.0 < APART) return false;
@@ -57,22 +47,43 @@ bool StepJudge::keeps_apart(const Kind& kind, const Place& a, const Place& b, bo
     const double was = was_near ? i->distance : kind.horizon;
     Displacement moved = bounds_.of(there);
     moved.length += kind.drift;
-    const Nearest after = proven(there, b);
-    const double bound = was_near ? swept_.lower_bound(proven(*i, a), a.snapshot, after, b.snapshot, moved, apart)
-                                  : (was + after.distance - moved.length) / 2.0;
-    if (bound < apart) return false;
-    const double rounding = DISTANCE_ROUNDING + RELATIVE_ROUNDING * size_;
-    if (there.distance < std::min(safety_distance_, was) - rounding) is_safe = false;
+    const double bound = (was + there.distance - moved.length) / 2.0;
+    if (bound < APART + RESERVE * (1.0 + there.distance)) {
+      if (!was_near && (kind.horizon + proven(there, b).distance - moved.length) / 2.0 < margin_of(a, b)) return false;
+      if (was_near && !is_proven_apart(*i, a, there, b, moved)) return false;
+    }
+    if (there.distance < std::min(safety_distance_, was) - DISTANCE_ROUNDING) is_safe = false;
   }
   // Those that have left the horizon.
   auto j = kind.after.begin();
   for (const Nearest& here : kind.before) {
     while (j != kind.after.end() && j->pair < here.pair) ++j;
     if (j != kind.after.end() && j->pair == here.pair) continue;
-    const double before = proven(here, a).distance;
-    if ((before + kind.horizon - bounds_.of(here).length - kind.drift) / 2.0 < apart) return false;
+    const double moved = bounds_.of(here).length + kind.drift;
+    if ((here.distance + kind.horizon - moved) / 2.0 >= APART + RESERVE * (1.0 + here.distance)) continue;
+    if ((proven(here, a).distance + kind.horizon - moved) / 2.0 < margin_of(a, b)) return false;
   }
   return true;
+}
+
+bool StepJudge::is_proven_apart(const Nearest& here, const Place& a, const Nearest& there, const Place& b,
+                                const Displacement& moved) const {
+  const double apart = margin_of(a, b);
+  return swept_.lower_bound(proven(here, a), a.snapshot, proven(there, b), b.snapshot, moved, apart) >= apart;
+}
+
+// A pair with the distance that is proven of it, where the one that was measured is larger.
+Nearest StepJudge::proven(Nearest pair, const Place& at) const {
+  pair.distance = std::min(pair.distance, swept_.separation(pair, at.snapshot));
+  return pair;
+}
+
+// What a step keeps between all pairs, m.
+double StepJudge::margin_of(const Place& a, const Place& b) const {
+  const Robot& robot = swept_.robot();
+  const auto slide = [&robot](const Place& at) { return robot.full_configuration(at.snapshot.q).cwiseAbs().eval(); };
+  const double latest = std::max(std::abs(a.snapshot.t), std::abs(b.snapshot.t));
+  return 2.0 * margin(swept_.size(slide(a).cwiseMax(slide(b)), latest));
 }
 
 }  // namespace humanoid_rail

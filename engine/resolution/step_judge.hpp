@@ -37,14 +37,16 @@ class StepJudge {
   };
 
   // Returns whether nothing touches; sets whether the safety distance is kept.
-  [[nodiscard]] double size(const Place& a, const Place& b) const;
-  [[nodiscard]] Nearest proven(Nearest pair, const Place& at) const;
   [[nodiscard]] bool keeps_apart(const Kind& kind, const Place& a, const Place& b, bool& is_safe) const;
+  // Whether it is proven of a pair, which was measured at both ends, that it does not touch.
+  [[nodiscard]] bool is_proven_apart(const Nearest& here, const Place& a, const Nearest& there, const Place& b,
+                                     const Displacement& moved) const;
+  [[nodiscard]] Nearest proven(Nearest pair, const Place& at) const;
+  [[nodiscard]] double margin_of(const Place& a, const Place& b) const;
 
   SweptDistance swept_;
   double safety_distance_;
   double fastest_ = 0.0;  // Of the obstacles, m/s.
-  double size_ = 0.0;     // Of the step, which rounding is a share of, m.
   EdgeBounds bounds_;
 };
 

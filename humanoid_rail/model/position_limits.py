@@ -28,6 +28,8 @@ def within_position_limits(robot: Robot, q: ArrayLike, field: str) -> Array:
             degrees or millimetres.
     """
     given, lower, upper = np.array(q, float), robot.lower, robot.upper
+    if ((given >= lower) & (given <= upper)).all():
+        return given
     span = upper - lower
     rounding = ROUNDING * np.where(np.isfinite(span), span, np.maximum(1.0, abs(given)))
     for i in np.flatnonzero(~((given >= lower - rounding) & (given <= upper + rounding))):

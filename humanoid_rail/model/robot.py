@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from humanoid_rail._arrays import Array, FrozenArrays, frozen
 from humanoid_rail.errors import MISSING, InvalidInput
+from humanoid_rail.model.arm_reach import arm_reach
 from humanoid_rail.model.collision_bodies import collision_bodies
 from humanoid_rail.model.followers import folded_limits
 from humanoid_rail.model.pairs import UncheckedPair, choose_pairs, links_without_body, unchecked_pairs
@@ -101,6 +102,11 @@ class Robot(FrozenArrays):
     def links_without_body(self) -> tuple[str, ...]:
         """Links that are visible or have a mass, and no collision body: nothing is known of what they touch."""
         return links_without_body(read_urdf(self.urdf), self.link_names)
+
+    @cached_property
+    def arm_reaches(self) -> tuple[float, ...]:
+        """How far each hand's arm reaches from its first joint, m."""
+        return tuple(arm_reach(self.model, hand.frame, hand.arm) for hand in self.hands)
 
     @cached_property
     def speed_units(self) -> Array:

@@ -6,11 +6,8 @@ kinematics (1e-7 m) and of distances (1e-6 m). Both mean something only for arms
 
 from __future__ import annotations
 
-import numpy as np
-import pinocchio as pin
-
 from humanoid_rail.errors import InvalidInput, told_apart
-from humanoid_rail.model.robot import Hand, Robot
+from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.options import PlanningMethod
 from humanoid_rail.result import Status
 
@@ -24,27 +21,13 @@ LARGE = 5.0
 """From arms of this reach on, manipulability, which grows with lengths, outweighs the task where its gain is 1, m."""
 
 
-def arm_reach(robot: Robot, hand: Hand) -> float:
-    """Return how far an arm reaches from its first joint, or the hand from the base if that is nothing, m.
-
-    That is the sum of the lengths between its joints and of the ranges of those that are prismatic.
-    """
-    model = robot.model
-    frame = model.frames[model.getFrameId(hand.frame)]
-    chain = list(model.supports[frame.parentJoint])[1:]
-    first = min((chain.index(j) for j in map(model.getJointId, hand.arm) if j in chain), default=0)
-    tool = float(np.linalg.norm(frame.placement.translation))
-    reach = tool + sum(_length(model, j) for j in chain[first + 1 :]) + sum(_range(model, j) for j in chain[first:])
-    return reach or sum(_length(model, j) for j in chain)
-
-
 def check_size(robot: Robot, method: PlanningMethod) -> None:
     """Check that a robot is of a size that can be planned for, and that the method's lengths suit it.
 
     Raises:
         InvalidInput: If not.
     """
-    reaches = {hand.name: arm_reach(robot, hand) for hand in robot.hands}
+    reaches = dict(zip(robot.hand_names, robot.arm_reaches, strict=True))
     for name, reach in reaches.items():
         if reach < SHORTEST_REACH or reach > LONGEST_REACH:
             bounds = f"{told_apart(SHORTEST_REACH, reach)} to {told_apart(LONGEST_REACH, reach)} m"
@@ -60,19 +43,8 @@ def check_size(robot: Robot, method: PlanningMethod) -> None:
 
 def size_hint(robot: Robot, method: PlanningMethod, status: Status) -> str:
     """Return what may help if a motion by eq. 4.9 does not arrive because arms are large; nothing otherwise."""
-    longest = max(arm_reach(robot, hand) for hand in robot.hands)
+    longest = max(robot.arm_reaches)
     arrived = status not in (Status.STALLED, Status.TIME_LIMIT)
     if arrived or longest < LARGE or not method.gains.c_mu > 0:
         return ""
     return f"; c_mu = {method.gains.c_mu:g} is much for arms that reach {longest:.4g} m: try less, or auto"
-
-
-def _length(model: pin.Model, joint: int) -> float:
-    return float(np.linalg.norm(model.jointPlacements[joint].translation))
-
-
-def _range(model: pin.Model, joint: int) -> float:
-    """Return the range of a prismatic joint, m; 0 of others and of one without limits."""
-    j = model.joints[joint]
-    span = float(model.upperPositionLimit[j.idx_q] - model.lowerPositionLimit[j.idx_q])
-    return span if j.shortname().startswith("JointModelP") and np.isfinite(span) else 0.0

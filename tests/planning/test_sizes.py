@@ -7,7 +7,6 @@ import pytest
 from conftest import AHEAD
 
 from humanoid_rail import Auto, Box, InvalidInput, Robot, SafeVelocity, Scene, Sphere, load_robot, plan
-from humanoid_rail.planning.size import arm_reach
 
 LENGTHS = {"l_t1": 2.0, "l_t2": 0.5, "l_t3": 0.5, "link_radius": 0.05}
 LENGTHS |= {f"l_{side}{i}": 1.0 for side in "lr" for i in (1, 2, 3)}
@@ -64,4 +63,4 @@ def test_large_arms_are_told_that_manipulability_outweighs_the_task() -> None:
 
 
 def test_the_reach_of_an_arm_is_the_length_of_its_bones(robot: Robot) -> None:
-    assert [arm_reach(robot, hand) for hand in robot.hands] == [2.0, 2.0]
+    assert robot.arm_reaches == (2.0, 2.0)
