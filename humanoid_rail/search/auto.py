@@ -142,7 +142,7 @@ def find_path(
     return replace(
         result,
         status=Status.REACHED,
-        reason=error_left(problem, path[-1], settings.tolerance),
+        reason="",
         path=path,
         checker=checker,
         found_by=search.found_by,
@@ -165,7 +165,7 @@ def follow(problem: Problem, found: PathResult, settings: Settings) -> Integrati
         status = Status.STUCK
         reason = f"|e| is {left:.3g} m at t = {t[-1]:.4g} s: goals are looked for at t = 0, and tasks depend on time"
     else:
-        reason += f" at t = {t[-1]:.4g} s"
+        reason = f"{reason or error_left(left, settings.tolerance)} at t = {t[-1]:.4g} s"
     return Integration(t, q, status, reason, found.evaluations, sampled(t, q))
 
 

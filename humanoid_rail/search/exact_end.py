@@ -31,9 +31,8 @@ def norm_of_error(problem: Problem, q: Array, t: float) -> float:
     return float(np.linalg.norm(stack_error(problem.native.state(q, t), problem.tasks)))
 
 
-def error_left(problem: Problem, q: Array, tolerance: float) -> str:
-    """Say how near to its targets a motion ends, at a configuration (n,), with a tolerance in m."""
-    left = error_at(problem, q)
+def error_left(left: float, tolerance: float) -> str:
+    """Say how near to its targets a motion ends, with an error and a tolerance in m."""
     if left <= EXACT:
         return f"|e| is {left:.2g} m"
     return f"|e| is {left:.2g} m, within tolerance = {tolerance:g} m; no path to the exact targets was found"
@@ -58,6 +57,8 @@ def led_on(problem: Problem, motion: Integration, distance: float, settings: Set
         t = np.concatenate([motion.t, motion.t[-1] + t[1:]])
         if t[-1] <= settings.max_time:
             q = np.vstack([motion.q, q[1:]])
-            reason = f"{error_left(problem, q[-1], settings.tolerance)} at t = {t[-1]:.4g} s"
+            reason = f"{error_left(error_at(problem, q[-1]), settings.tolerance)} at t = {t[-1]:.4g} s"
             return Integration(t, q, motion.status, reason, motion.evaluations, sampled(t, q))
-    return replace(motion, reason=f"{error_left(problem, end, settings.tolerance)}, at t = {motion.t[-1]:.4g} s")
+    return replace(
+        motion, reason=f"{error_left(error_at(problem, end), settings.tolerance)}, at t = {motion.t[-1]:.4g} s"
+    )
