@@ -1,6 +1,7 @@
 // What the files of the bindings share.
 #pragma once
 
+#include <cmath>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -46,6 +47,10 @@ inline void check_finite(const char* what, const Eigen::Ref<const Rows>& given) 
 inline void check_configuration(const char* what, const Eigen::Ref<const Vector>& q, int n) {
   check_size(what, q.size(), n);
   check_finite(what, q.transpose());
+}
+
+inline void check_time(double t) {
+  if (!std::isfinite(t)) throw std::invalid_argument("t needs a finite number");
 }
 
 // A Python function that C++ may keep, copy and drop without the interpreter's lock, and that takes it to be called.

@@ -49,6 +49,7 @@ void bind_evaluations(nb::class_<Guard>& kinematics) {
           "state",
           [](Guard& self, const Eigen::Ref<const Vector>& q, double t) {
             check_configuration("q", q, joints(self));
+            check_time(t);
             return self.with([&](SafeVelocity& with) { return state(with.scene, q, t); });
           },
           "q"_a, "t"_a)
@@ -56,6 +57,7 @@ void bind_evaluations(nb::class_<Guard>& kinematics) {
           "measure",
           [](Guard& self, const Eigen::Ref<const Vector>& q, double t, double horizon) {
             check_configuration("q", q, joints(self));
+            check_time(t);
             return self.with([&](SafeVelocity& with) { return measure(with.scene, q, t, horizon); });
           },
           "q"_a, "t"_a, "horizon"_a)
