@@ -63,6 +63,5 @@ def ran_without_engine(*arguments: object, cwd: Path) -> subprocess.CompletedPro
         env=without_display(),
         capture_output=True,
         text=True,
-        timeout=300,
         check=False,
     )

@@ -48,7 +48,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     cwd = tmp_path_factory.mktemp("plans")
     options = ["--case", 3, "--dt", 0.05, "--link-radius", 0.02, "--out", "kept"]
     process = started("plan", *options, cwd=cwd)
-    out, errors = process.communicate(timeout=120)
+    out, errors = process.communicate()
     assert (process.returncode, errors) == (0, ""), errors
     assert "humanoid-rail play kept" in out
     return cwd / "kept"
@@ -275,7 +275,7 @@ def test_play_serves_the_plan_until_it_is_interrupted(folder: Path, tmp_path: Pa
     line = process.stdout.readline()
     assert re.match(r"Playing at http://127\.0\.0\.1:\d+/\S* until Ctrl-C\.", line), process.communicate()
     process.send_signal(signal.SIGINT)
-    _, errors = process.communicate(timeout=20)
+    _, errors = process.communicate()
     assert (process.returncode, errors) == (0, "")
 
 

@@ -25,7 +25,7 @@ def command(script: str, *arguments: str) -> list[str]:
 def script(name: str, *arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
     environment = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "WAYLAND_DISPLAY")}
     return subprocess.run(
-        command(name, *arguments), cwd=cwd, env=environment, capture_output=True, text=True, timeout=120, check=False
+        command(name, *arguments), cwd=cwd, env=environment, capture_output=True, text=True, check=False
     )
 
 
@@ -151,7 +151,7 @@ def test_the_view_ends_cleanly(ending: signal.Signals, tmp_path: Path) -> None:
     children = psutil.Process(process.pid).children(recursive=True)
     assert children
     process.send_signal(ending)
-    _, errors = process.communicate(timeout=20)
+    _, errors = process.communicate()
     assert process.returncode == 0, errors
     assert errors == ""
     deadline = time.monotonic() + 5

@@ -25,7 +25,6 @@ def shell(line: str, cwd: Path, **environment: str) -> subprocess.CompletedProce
         capture_output=True,
         text=True,
         encoding="utf-8",
-        timeout=120,
         check=False,
     )
 
@@ -80,7 +79,6 @@ def test_names_of_any_kind_in_any_locale(name: str, tmp_path: Path) -> None:
             cwd=tmp_path,
             env={**without_display(), **ASCII},
             capture_output=True,
-            timeout=120,
             check=False,
         )
         assert (ran.returncode, ran.stderr) == (0, b""), arguments
