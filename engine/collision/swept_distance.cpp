@@ -148,16 +148,19 @@ double SweptDistance::measure(Nearest& pair, const Snapshot& at) {
     return *robot_->bodies.geometryObjects[static_cast<std::size_t>(link)].geometry;
   };
   const auto link = body(at, pair.link);
+  double proven = 0.0;
   if (pair.is_with_obstacle()) {
     const auto& piece = pieces_[static_cast<std::size_t>(pair.piece)];
     meter_.measure(shape(pair.link), pinocchio::toCoalTransform3s(link), *piece.shape, piece.at(at.t), pair);
-    pair.distance = separation_from(pair, normal_of(pair), link, at.t);
+    proven = separation_from(pair, normal_of(pair), link, at.t);
   } else {
     const auto other = body(at, pair.other);
     meter_.measure(shape(pair.link), pinocchio::toCoalTransform3s(link), shape(pair.other),
                    pinocchio::toCoalTransform3s(other), pair);
-    pair.distance = separation_of_links(pair, pair.normal, link, other);
+    proven = separation_of_links(pair, pair.normal, link, other);
   }
+  // In penetration there is nothing to prove, and coal's depth is the smaller one: its normal need not be the best.
+  pair.distance = pair.distance < 0.0 ? std::max(proven, pair.distance) : proven;
   if (!std::isfinite(pair.distance)) throw std::runtime_error("a distance that is not a number");
   return pair.distance;
 }
