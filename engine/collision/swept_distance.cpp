@@ -15,6 +15,9 @@ namespace humanoid_rail {
 
 namespace {
 
+// coal's depths of penetration are precise to this share of one and the depth, m.
+constexpr double DEPTH_PRECISION = 5e-6;
+
 // The largest coordinate of a shape along a direction of length 1.
 double support(const coal::CollisionGeometry& geometry, const Eigen::Matrix3d& rotation,
                const Eigen::Vector3d& translation, const Eigen::Vector3d& direction) {
@@ -159,8 +162,9 @@ double SweptDistance::measure(Nearest& pair, const Snapshot& at) {
                    pinocchio::toCoalTransform3s(other), pair);
     proven = separation_of_links(pair, pair.normal, link, other);
   }
-  // In penetration there is nothing to prove, and coal's depth is the smaller one: its normal need not be the best.
-  pair.distance = pair.distance < 0.0 ? std::max(proven, pair.distance) : proven;
+  // In penetration coal's depth is closer to the truth: its normal need not be the one along which that is smallest.
+  const double depth = pair.distance - DEPTH_PRECISION * (1.0 + std::abs(pair.distance));
+  pair.distance = pair.distance < 0.0 ? std::max(proven, depth) : proven;
   if (!std::isfinite(pair.distance)) throw std::runtime_error("a distance that is not a number");
   return pair.distance;
 }
