@@ -36,7 +36,7 @@ double damping(double smallest_singular_value, double threshold) {
 
 void PseudoInverse::resize(Eigen::Index rows, Eigen::Index columns) {
   if (square_.rows() == rows && svd_.cols() == columns) return;
-  cholesky_ = Eigen::LLT<Matrix>(rows);
+  cholesky_.compute(Matrix::Identity(rows, rows));  // Makes room; assigned, it would be read before it is set.
   svd_ = Eigen::JacobiSVD<Matrix>(rows, columns, Eigen::ComputeThinU | Eigen::ComputeThinV);
   square_.resize(rows, rows);
   inverse_.resize(rows, rows);
