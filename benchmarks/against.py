@@ -19,7 +19,7 @@ import numpy as np
 
 from benchmarks.evaluation import ALL, SUFFIXES, family_of
 from benchmarks.machine import machine
-from humanoid_rail.cli.console import Command, console, print_table, run
+from humanoid_rail.cli.console import Command, check_least, console, print_table, run
 from humanoid_rail.errors import HumanoidRailError, InvalidInput
 from humanoid_rail.planning.methods import METHODS
 from humanoid_rail.progress import progress_bar
@@ -130,8 +130,7 @@ def main(base: Path, scenes: str, methods: tuple[str, ...], wanted: tuple[str, .
     for method in methods:
         if method not in METHODS:
             raise InvalidInput("method", method, f"one of {', '.join(METHODS)}")
-    if repeats < 1:
-        raise InvalidInput("repeats", repeats, "1 or more")
+    check_least(1, repeats=repeats)
     files = sorted(file for file in Path(scenes).resolve().glob("*") if file.suffix in SUFFIXES)
     families = {file: family_of(load_scene(file)) for file in files}
     files = [file for file in files if not wanted or families[file] in wanted]

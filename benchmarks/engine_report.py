@@ -18,8 +18,8 @@ from benchmarks.limits import broken
 from benchmarks.machine import machine
 from benchmarks.stopwatch import Figure, Ratio
 from humanoid_rail._native import engine
-from humanoid_rail.cli.console import console, print_table, run
-from humanoid_rail.errors import HumanoidRailError, InvalidInput
+from humanoid_rail.cli.console import check_least, console, print_table, run
+from humanoid_rail.errors import HumanoidRailError
 from humanoid_rail.io.files import check_folder
 from humanoid_rail.progress import progress
 
@@ -60,9 +60,7 @@ def main(
     engine()  # or say what to install
     if pink and find_spec("pink") is None:
         raise HumanoidRailError("Pink is not installed: pip install 'humanoid_rail[compare]', or --no-pink")
-    for name, value in (("repeats", repeats), ("plans", plans)):
-        if value < 1:
-            raise InvalidInput(name, value, "1 or more")
+    check_least(1, repeats=repeats, plans=plans)
     if json_file is not None:
         check_folder(json_file.parent)
     report = measure(repeats, plans, pink)

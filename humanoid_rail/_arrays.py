@@ -14,6 +14,8 @@ Array = NDArray[np.float64]
 
 FARTHEST = 1e4
 """Beyond this distance double precision no longer resolves the clearances that matter to a robot, m."""
+SHORTEST = 1e-6
+"""Vectors that are directions have at least this length, as their own unit."""
 
 
 def frozen(values: ArrayLike) -> Array:

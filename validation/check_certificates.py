@@ -22,9 +22,9 @@ from pathlib import Path
 import click
 import numpy as np
 
-from humanoid_rail import Certificate, Contact, HumanoidRailError, InvalidInput, verify
+from humanoid_rail import Certificate, Contact, HumanoidRailError, verify
 from humanoid_rail._arrays import Array
-from humanoid_rail.cli.console import console, print_table, run
+from humanoid_rail.cli.console import check_least, console, print_table, run
 from humanoid_rail.progress import progress_bar
 from humanoid_rail.scene.obstacles import Obstacle, name_of
 from validation.plain_geometry import (
@@ -76,10 +76,8 @@ def main(scenes: int, first: int, seed: int, jobs: int, finer: int, json_file: P
 
     To look at motion I of a seed again: --seed SEED --first I --scenes 1.
     """
-    options = {"scenes": (scenes, 1), "first": (first, 0), "seed": (seed, 0), "jobs": (jobs, 1), "finer": (finer, 1)}
-    for name, (value, least) in options.items():
-        if value < least:
-            raise InvalidInput(name, value, f"{least} or more")
+    check_least(1, scenes=scenes, jobs=jobs, finer=finer)
+    check_least(0, first=first, seed=seed)
     outcomes = check_all(range(first, first + scenes), seed, finer, jobs)
     rows = summary(outcomes)
     print_table("certificates", f"Certificates, seed {seed}; clearances in mm", ("", "all", *KINDS), rows, readme)

@@ -22,9 +22,9 @@ import coal
 import numpy as np
 import trimesh
 
-from humanoid_rail import HumanoidRailError, InvalidInput, Mesh
+from humanoid_rail import HumanoidRailError, Mesh
 from humanoid_rail._arrays import Array
-from humanoid_rail.cli.console import console, run
+from humanoid_rail.cli.console import check_least, console, run
 from humanoid_rail.progress import progress_bar
 from humanoid_rail.scene.shapes import placed_shapes
 from validation.random_meshes import Part, RandomMesh, make_mesh
@@ -64,9 +64,8 @@ def main(meshes: int, first: int, seed: int) -> int:
 
     To look at mesh I of a seed again: --seed SEED --first I --meshes 1.
     """
-    for name, value, least in (("meshes", meshes, 1), ("first", first, 0), ("seed", seed, 0)):
-        if value < least:
-            raise InvalidInput(name, value, f"{least} or more")
+    check_least(1, meshes=meshes)
+    check_least(0, first=first, seed=seed)
     outcomes = check_all(range(first, first + meshes), seed)
     for outcome in outcomes:
         if outcome.broken:

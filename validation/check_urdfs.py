@@ -19,7 +19,7 @@ import coal
 import numpy as np
 
 from humanoid_rail import Hand, InvalidInput, Robot, robot_from_urdf
-from humanoid_rail.cli.console import console, run
+from humanoid_rail.cli.console import check_least, console, run
 from humanoid_rail.progress import progress_bar
 from validation.random_urdfs import random_urdf
 from validation.written_bodies import Written, written_bodies
@@ -41,9 +41,8 @@ def main(urdfs: int, first: int, seed: int) -> int:
 
     To look at URDF I of a seed again: --seed SEED --first I --urdfs 1.
     """
-    for name, value, least in (("urdfs", urdfs, 1), ("first", first, 0), ("seed", seed, 0)):
-        if value < least:
-            raise InvalidInput(name, value, f"{least} or more")
+    check_least(1, urdfs=urdfs)
+    check_least(0, first=first, seed=seed)
     found, broken = Counter[str](), 0
     with progress_bar("checking", urdfs) as advance:
         for index in range(first, first + urdfs):

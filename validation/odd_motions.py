@@ -10,10 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from humanoid_rail import Box, Capsule, HalfSpace, Robot, Sphere
-from humanoid_rail._arrays import Array
+from humanoid_rail._arrays import Array, triple
 from humanoid_rail.model.robot import Hand, robot_from_urdf
 from humanoid_rail.scene.obstacles import Obstacle
-from validation.random_motions import numbers
 
 BODIES = ("capsule", "capsule", "box", "sphere", "cylinder")
 """The bodies of links are one of these."""
@@ -93,17 +92,17 @@ def _link(i: int, kind: str, length: float, radius: float) -> str:
 
 def odd_obstacle(rng: np.random.Generator, scale: float) -> Obstacle:
     """Return an obstacle of about a scale, m; boxes may be very thin. One in five moves."""
-    center, rpy = numbers(rng.normal(0.0, 3.0 * scale, 3)), numbers(rng.uniform(-3.0, 3.0, 3))
-    velocity = numbers(rng.normal(0.0, 0.3 * scale, 3) * (rng.random() < 0.2))
+    center, rpy = triple(rng.normal(0.0, 3.0 * scale, 3)), triple(rng.uniform(-3.0, 3.0, 3))
+    velocity = triple(rng.normal(0.0, 0.3 * scale, 3) * (rng.random() < 0.2))
     sizes = scale * np.exp(rng.uniform([-4.0, -4.0, -8.0], [0.5, 0.5, 0.0]))
     match rng.integers(4):
         case 0:
             return Sphere(center=center, radius=sizes[0], velocity=velocity)
         case 1:
-            return Box(center=center, size=numbers(sizes * [3.0, 3.0, 1.0]), rpy=rpy, velocity=velocity)
+            return Box(center=center, size=triple(sizes * [3.0, 3.0, 1.0]), rpy=rpy, velocity=velocity)
         case 2:
             return Capsule(center=center, radius=sizes[0], length=2.0 * sizes[1], rpy=rpy, velocity=velocity)
         case _:
             normal = rng.normal(size=3)
             offset = -scale * float(rng.uniform(1.0, 6.0) * np.linalg.norm(normal))
-            return HalfSpace(normal=numbers(normal), offset=offset, velocity=velocity)
+            return HalfSpace(normal=triple(normal), offset=offset, velocity=velocity)

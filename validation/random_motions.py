@@ -26,7 +26,7 @@ from humanoid_rail import (
     load_robot,
     plan,
 )
-from humanoid_rail._arrays import Array
+from humanoid_rail._arrays import Array, triple
 from humanoid_rail.scene.obstacles import Obstacle
 from validation.plain_geometry import (
     LINKS,
@@ -127,26 +127,20 @@ def random_obstacles(rng: np.random.Generator, start: Array) -> tuple[Obstacle, 
 
 def random_obstacle(rng: np.random.Generator, place: Array, middle: Array) -> Obstacle:
     """Return an obstacle at a place (3,); a half-space has the middle (3,) of the robot outside. Three in ten move."""
-    velocity = numbers(rng.uniform(-0.3, 0.3, 3) * (rng.random() < 0.3))
-    center, rpy = numbers(place), numbers(rng.uniform(-pi, pi, 3))
+    velocity = triple(rng.uniform(-0.3, 0.3, 3) * (rng.random() < 0.3))
+    center, rpy = triple(place), triple(rng.uniform(-pi, pi, 3))
     match rng.choice(4, p=[0.3, 0.3, 0.25, 0.15]):
         case 0:
             return Sphere(center=center, radius=rng.uniform(0.03, 0.4), velocity=velocity)
         case 1:
-            return Box(center=center, size=numbers(np.exp(rng.uniform(-4.0, 0.3, 3))), rpy=rpy, velocity=velocity)
+            return Box(center=center, size=triple(np.exp(rng.uniform(-4.0, 0.3, 3))), rpy=rpy, velocity=velocity)
         case 2:
             radius, length = rng.uniform(0.02, 0.2), rng.uniform(0.05, 1.5)
             return Capsule(center=center, radius=radius, length=length, rpy=rpy, velocity=velocity)
         case _:
             # A floor, or a wall of any slope; its normal not of length 1.
             normal = np.array([0.0, 0.0, 1.0]) if rng.random() < 0.3 else middle - place
-            return HalfSpace(normal=numbers(normal), offset=float(normal @ place), velocity=velocity)
-
-
-def numbers(values: Array) -> tuple[float, float, float]:
-    """Return three numbers (3,) as an obstacle takes them."""
-    x, y, z = values.tolist()
-    return x, y, z
+            return HalfSpace(normal=triple(normal), offset=float(normal @ place), velocity=velocity)
 
 
 def planned(rng: np.random.Generator, kind: str, start: Array, obstacles: tuple[Obstacle, ...]) -> Motion:
@@ -256,4 +250,4 @@ def moved(obstacle: Obstacle, by: Array) -> Obstacle:
     """Return an obstacle that has been moved (3,), m."""
     if isinstance(obstacle, HalfSpace):
         return obstacle.model_copy(update={"offset": obstacle.offset + float(np.dot(obstacle.normal, by))})
-    return obstacle.model_copy(update={"center": numbers(np.array(obstacle.center) + by)})
+    return obstacle.model_copy(update={"center": triple(np.array(obstacle.center) + by)})

@@ -175,6 +175,13 @@ def write_table(name: str, columns: Sequence[str], rows: Sequence[Sequence[str]]
     write_file(page, f"{before}{begin}\n{markdown}\n{end}{after}".encode())
 
 
+def check_least(least: int, **values: int) -> None:
+    """Raise an InvalidInput if an option's value is smaller than the least that makes sense."""
+    for name, value in values.items():
+        if value < least:
+            raise InvalidInput(name, value, f"{least} or more")
+
+
 def has_display() -> bool:
     """Whether a browser window can be opened."""
     if sys.platform in ("darwin", "win32"):

@@ -22,6 +22,7 @@ from humanoid_rail._arrays import Array, checked_array
 from humanoid_rail.errors import checked_number
 from humanoid_rail.kinematics.manipulability import manipulability, manipulability_gradient
 from humanoid_rail.kinematics.state import Clearances, Course, Measurement, State, checked_course
+from humanoid_rail.model.collision_bodies import coal_placement
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import Obstacle
 from humanoid_rail.scene.shapes import PlacedShape, placed_shapes
@@ -178,10 +179,7 @@ class Kinematics:
 
     def _links(self) -> list[PlacedShape]:
         bodies = self.robot.collision_model.geometryObjects
-        return [
-            PlacedShape(body.geometry, coal.Transform3s(M.rotation, M.translation))
-            for body, M in zip(bodies, self._bodies.oMg, strict=True)
-        ]
+        return [PlacedShape(body.geometry, coal_placement(M)) for body, M in zip(bodies, self._bodies.oMg, strict=True)]
 
     def _piece_clearances(self, t: float, links: list[PlacedShape], jacobians: list[Array]) -> Clearances:
         """Return psi (L, K), d psi / dq and d psi / dt for each link and each convex piece.

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from humanoid_rail._arrays import Array, checked_array
 from humanoid_rail._native import engine
-from humanoid_rail.errors import InvalidInput, checked_number
+from humanoid_rail.errors import checked_number
 from humanoid_rail.kinematics.state import Clearances, Course, Measurement, State, checked_course
 from humanoid_rail.model.native_robot import native_robot
 from humanoid_rail.model.robot import Robot
@@ -39,11 +39,8 @@ class NativeKinematics:
 
     def state(self, q: ArrayLike, t: float = 0.0) -> State:
         """Return everything that eq. 4.9 and its constraints need to know at a configuration (n,) and a time in s."""
-        try:
-            q = np.array(q, float)
-            found = self.native.state(q, t)
-        except (TypeError, ValueError):
-            raise self._invalid(q, t) from None
+        q, t = checked_array("q", q, (self.robot.n,)), checked_number("t", t)
+        found = self.native.state(q, t)
         n, h = self.robot.n, len(self.robot.hands)
         return State(
             q=q,
@@ -74,20 +71,9 @@ class NativeKinematics:
                 given in any case.
             t: Time, which matters where obstacles move, s.
         """
-        try:
-            found = self.native.measure(np.array(q, float), t, horizon)
-        except (TypeError, ValueError):
-            raise self._invalid(q, t) from None
+        q, t = checked_array("q", q, (self.robot.n,)), checked_number("t", t)
+        found = self.native.measure(q, t, horizon)
         return Measurement(found.hands.reshape(-1, 3), found.manipulability, found.clearance, found.link_distance)
-
-    def _invalid(self, q: ArrayLike, t: float) -> Exception:
-        """Return what is wrong with a configuration or a time that the engine refused; looking before costs time."""
-        try:
-            checked_array("q", q, (self.robot.n,))
-            checked_number("t", t)
-        except InvalidInput as error:
-            return error
-        return ValueError("the engine refused finite numbers of the right shape")
 
     def along(self, q: ArrayLike, horizon: float = np.inf, t: ArrayLike | None = None) -> Course:
         """Return the same for each configuration of a motion (N, n), with the clearances of the nearest link.

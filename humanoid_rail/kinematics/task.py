@@ -11,12 +11,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 import pinocchio as pin
 
-from humanoid_rail._arrays import FARTHEST, Array, checked_array, triple
+from humanoid_rail._arrays import FARTHEST, SHORTEST, Array, checked_array, triple
 from humanoid_rail.errors import InvalidInput, checked_number
 from humanoid_rail.kinematics.state import State
 from humanoid_rail.model.robot import Robot
@@ -24,10 +24,9 @@ from humanoid_rail.model.robot import Robot
 LEVER = 0.3
 """The points that give a hand its orientation are this far from its own point, m: where errors are below 1e-7 m, an
 orientation is right to 3e-7 rad."""
-SHORTEST = 1e-6
-"""Vectors that are directions have at least this length."""
 
 
+@runtime_checkable
 class Task(Protocol):
     """Something to be reached: the error of a state, which is to become 0."""
 

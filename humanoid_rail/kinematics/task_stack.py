@@ -12,8 +12,6 @@ from humanoid_rail.kinematics.state import State
 from humanoid_rail.kinematics.task import ConfigurationTask, DirectionTask, PointTask, RelativeTask, Task
 from humanoid_rail.model.robot import Robot
 
-TASK_INTERFACE = ("rows", "error", "jacobian", "drift")
-"""Whatever has these is a task."""
 MOST_ROWS = 1000
 """A task has at most this many rows."""
 
@@ -27,8 +25,8 @@ def check_tasks(tasks: Sequence[Task], robot: Robot) -> None:
     if isinstance(tasks, str) or not isinstance(tasks, Sequence) or not tasks:
         raise InvalidInput("tasks", tasks, "a sequence of one task or more")
     for i, task in enumerate(tasks):
-        if isinstance(task, type) or not all(hasattr(task, name) for name in TASK_INTERFACE):
-            raise InvalidInput(f"tasks[{i}]", task, f"a task, with {', '.join(TASK_INTERFACE)}")
+        if isinstance(task, type) or not isinstance(task, Task):
+            raise InvalidInput(f"tasks[{i}]", task, "a task, with rows, error, jacobian, drift")
         rows: object = task.rows
         if isinstance(rows, bool) or not isinstance(rows, int | np.integer) or not 1 <= rows <= MOST_ROWS:
             raise InvalidInput(f"tasks[{i}].rows", rows, f"a whole number from 1 to {MOST_ROWS}")

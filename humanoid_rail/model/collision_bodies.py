@@ -15,6 +15,11 @@ PRECISION = 1e-9
 """Bodies are of the size and where they are written to within this, m, or this share of it."""
 
 
+def coal_placement(placement: pin.SE3) -> coal.Transform3s:
+    """Return a placement of Pinocchio as coal has it."""
+    return coal.Transform3s(placement.rotation, placement.translation)
+
+
 def collision_bodies(model: pin.Model, urdf: Urdf) -> pin.GeometryModel:
     """Return the collision bodies that Pinocchio makes of a URDF, held against what is written.
 

@@ -16,6 +16,7 @@ import numpy as np
 import pinocchio as pin
 
 from humanoid_rail._arrays import Array
+from humanoid_rail.model.collision_bodies import coal_placement
 
 SHARE = 0.5
 """Bodies are cut off at this share of the shorter one's length from the pivot."""
@@ -135,7 +136,7 @@ def part_distance(model: pin.Model, data: pin.Data, parts: FarParts, q: Array) -
     shapes = []
     for body in (parts.first, parts.second):
         place = data.oMi[body.parentJoint] * body.placement
-        shapes += [body.geometry, coal.Transform3s(place.rotation, place.translation)]
+        shapes += [body.geometry, coal_placement(place)]
     return float(coal.distance(*shapes, coal.DistanceRequest(), coal.DistanceResult()))
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from humanoid_rail._arrays import Array, FrozenArrays, frozen
+from humanoid_rail._arrays import Array, FrozenArrays, checked_array, frozen
 from humanoid_rail.errors import MISSING, InvalidInput
 from humanoid_rail.model.arm_reach import arm_reach
 from humanoid_rail.model.collision_bodies import collision_bodies
@@ -185,9 +185,9 @@ def robot_from_urdf(
     _check_hands(model, joint_names, hands)
 
     limits = folded_limits(model, described, joint_names, coupling, offset)
-    start = (limits.lower + limits.upper) / 2 if initial is None else np.array(initial, float)
-    if start.shape != (len(joint_names),) or not np.isfinite(start).all():
-        raise InvalidInput("initial", initial, f"a finite number for each of the {len(joint_names)} actuated joints")
+    middle, n = (limits.lower + limits.upper) / 2, len(joint_names)
+    valid = f"a finite number for each of the {n} actuated joints"
+    start = checked_array("initial", middle if initial is None else initial, (n,), valid)
     pairs = choose_pairs(model, collision_model, read_text("srdf", srdf) if srdf else None, coupling @ start + offset)
     _warn_of_degrees(described, joint_names)
     return Robot(
@@ -278,9 +278,6 @@ def _check_hand(model: pin.Model, joint_names: Sequence[str], hand: Hand) -> Non
     for joint in hand.arm:
         if joint not in joint_names:
             raise InvalidInput(f"{field}.arm", joint, f"actuated joints: {', '.join(joint_names)}")
-    try:
-        pointing = np.array(hand.pointing, float)
-    except (TypeError, ValueError):
-        pointing = np.zeros(0)
-    if pointing.shape != (3,) or not np.isfinite(pointing).all() or not np.linalg.norm(pointing) > 0:
-        raise InvalidInput(f"{field}.pointing", hand.pointing, "a direction (3,) of finite numbers, not of length 0")
+    valid = "a direction (3,) of finite numbers, not of length 0"
+    if not np.linalg.norm(checked_array(f"{field}.pointing", hand.pointing, (3,), valid)) > 0:
+        raise InvalidInput(f"{field}.pointing", hand.pointing, valid)

@@ -13,11 +13,8 @@ from xml.parsers import expat
 import numpy as np
 import pinocchio as pin
 
-from humanoid_rail._arrays import FARTHEST, Array
+from humanoid_rail._arrays import FARTHEST, SHORTEST, Array
 from humanoid_rail.errors import MISSING, InvalidInput, checked_number
-
-SHORTEST = 1e-6
-"""Directions and quaternions are at least as long as this, as their own unit."""
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _NAMES = ("name", "link", "joint", "filename")

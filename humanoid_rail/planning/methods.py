@@ -42,8 +42,6 @@ from humanoid_rail.search.reachability import followed, followed_gains, turning
 
 LARGEST_SEED = 2**31 - 1
 """The largest seed, and the largest number of edge checks: such numbers are passed on as 32 bits."""
-METHOD_INTERFACE = ("name", "plan", "check", "kinematics", "gains", "max_time", "options")
-"""Whatever has these is a method."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -202,7 +200,7 @@ def as_method(method: PlanningMethod | str) -> PlanningMethod:
     """
     if isinstance(method, str) and method in METHODS:
         return METHODS[method]()
-    if isinstance(method, str | type) or not all(hasattr(method, name) for name in METHOD_INTERFACE):
+    if isinstance(method, type) or not isinstance(method, PlanningMethod):
         valid = f"one of {', '.join(METHODS)}, or an object such as Auto(seed=3){did_you_mean(method, METHODS)}"
         raise InvalidInput("method", method, valid)
     return method

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -37,6 +37,7 @@ class Planned:
     """What `auto` did to find it."""
 
 
+@runtime_checkable
 class PlanningMethod(Method, Protocol):
     """What plans a problem: a frozen options object."""
 

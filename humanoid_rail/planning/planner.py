@@ -14,7 +14,6 @@ from humanoid_rail.errors import check_kind
 from humanoid_rail.kinematics.joint_limits import limit_violations, sampled
 from humanoid_rail.kinematics.state import KinematicsModel
 from humanoid_rail.kinematics.task_stack import count_rows
-from humanoid_rail.model.position_limits import within_position_limits
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.methods import as_method
 from humanoid_rail.planning.options import PlanningMethod
@@ -61,11 +60,10 @@ def plan(robot: Robot, scene: Scene, method: PlanningMethod | str = "auto") -> T
     check_scene(robot, scene)
     chosen.check(scene)
     check_size(robot, chosen)
-    start = within_position_limits(robot, robot.initial if scene.initial is None else scene.initial, "initial")
-    first = segment_problem(robot, scene, 0, start)
+    first = segment_problem(robot, scene, 0, robot.initial if scene.initial is None else scene.initial)
     # The motion is judged with all hands, also those that have no target.
-    kinematics = chosen.kinematics(first if first.robot is robot else Problem(robot, scene, first.tasks, start))
-    check_start("initial", kinematics, scene, start, chosen.least_start())
+    kinematics = chosen.kinematics(first if first.robot is robot else Problem(robot, scene, first.tasks, first.q))
+    check_start("initial", kinematics, scene, first.q, chosen.least_start())
     segments = plan_segments(first, robot, scene, chosen)
     return _result(kinematics, scene, chosen, segments, started)
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.kinematics.joint_limits import JointMotion
@@ -59,7 +60,7 @@ def plan_segments(first: Problem, robot: Robot, scene: Scene, method: PlanningMe
     return joined(robot, planned, count)
 
 
-def segment_problem(robot: Robot, scene: Scene, number: int, start: Array, begun: float = 0.0) -> Problem:
+def segment_problem(robot: Robot, scene: Scene, number: int, start: ArrayLike, begun: float = 0.0) -> Problem:
     """Return the problem of a step that begins at a time in s, for the hands alone that have targets."""
     step = scene.steps[number]
     hands = robot.with_hands([name for name in robot.hand_names if step[name] is not None])

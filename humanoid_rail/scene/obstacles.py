@@ -20,7 +20,7 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from humanoid_rail._arrays import FARTHEST, frozen
+from humanoid_rail._arrays import FARTHEST, SHORTEST, frozen
 from humanoid_rail.scene.convex_decomposition import Pieces, convex_pieces
 from humanoid_rail.scene.validation import LARGEST_ANGLE, Frozen
 
@@ -62,7 +62,7 @@ Size = Annotated[tuple[Positive, Positive, Positive], BeforeValidator(_triple)]
 
 def not_zero(normal: tuple[float, float, float]) -> tuple[float, float, float]:
     """Check that a vector has a direction."""
-    if sqrt(sum(x * x for x in normal)) < 1e-6:
+    if sqrt(sum(x * x for x in normal)) < SHORTEST:
         raise ValueError("a vector longer than 1e-6")
     return normal
 

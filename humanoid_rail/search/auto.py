@@ -35,7 +35,7 @@ from humanoid_rail.resolution.qp import Safety
 from humanoid_rail.resolution.rollout import rollout
 from humanoid_rail.resolution.velocity import Gains, penalty
 from humanoid_rail.result import Status
-from humanoid_rail.search.exact_end import EXACT, error_at, error_left, norm_of_error
+from humanoid_rail.search.exact_end import EXACT, error_at, error_left
 from humanoid_rail.search.goal_sampler import seeds
 from humanoid_rail.search.path_search import QP, PathSearch
 from humanoid_rail.search.reachability import TimedOut, blocked_target, followed, out_of_reach
@@ -161,7 +161,7 @@ def follow(problem: Problem, found: PathResult, settings: Settings) -> Integrati
         taken = told_apart(float(t[-1]), settings.max_time, 4)
         reason = f"the path that was found takes {taken} s, longer than what {settings.time_option} leaves"
         t, q = t[t <= settings.max_time], q[t <= settings.max_time]
-    elif (left := norm_of_error(problem, q[-1], float(t[-1]))) > settings.tolerance:
+    elif (left := error_at(problem, q[-1], float(t[-1]))) > settings.tolerance:
         status = Status.STUCK
         reason = f"|e| is {left:.3g} m at t = {t[-1]:.4g} s: goals are looked for at t = 0, and tasks depend on time"
     else:

@@ -14,19 +14,13 @@ from humanoid_rail.kinematics.task_stack import stack_error
 from humanoid_rail.problem import Problem
 from humanoid_rail.resolution.integrate import Integration, Settings
 from humanoid_rail.result import Status
-from humanoid_rail.search.reachability import followed
 from humanoid_rail.search.smoothing import time_path
 
 EXACT = 1e-6
 """A motion that ends with an error of at most this ends exactly at its targets, m."""
 
 
-def error_at(problem: Problem, q: Array) -> float:
-    """Return the norm of the error of the tasks that a velocity follows, at a configuration (n,), m."""
-    return float(np.linalg.norm(stack_error(problem.native.state(q), followed(problem.tasks))))
-
-
-def norm_of_error(problem: Problem, q: Array, t: float) -> float:
+def error_at(problem: Problem, q: Array, t: float = 0.0) -> float:
     """Return the norm of the error of all tasks at a configuration (n,) and a time in s, m."""
     return float(np.linalg.norm(stack_error(problem.native.state(q, t), problem.tasks)))
 
@@ -48,7 +42,7 @@ def led_on(problem: Problem, motion: Integration, distance: float, settings: Set
         settings: How far apart samples are, how long the motion may take, and the tolerance.
     """
     end = motion.q[-1]
-    if motion.status is not Status.REACHED or error_at(problem, end) <= EXACT:
+    if motion.status is not Status.REACHED or (left := error_at(problem, end)) <= EXACT:
         return motion
     goal = InverseKinematics(problem.robot, problem.obstacles).solve(end, problem.tasks, distance)
     checker = EdgeChecker(problem.robot, problem.obstacles, distance)
@@ -59,6 +53,4 @@ def led_on(problem: Problem, motion: Integration, distance: float, settings: Set
             q = np.vstack([motion.q, q[1:]])
             reason = f"{error_left(error_at(problem, q[-1]), settings.tolerance)} at t = {t[-1]:.4g} s"
             return Integration(t, q, motion.status, reason, motion.evaluations, sampled(t, q))
-    return replace(
-        motion, reason=f"{error_left(error_at(problem, end), settings.tolerance)}, at t = {motion.t[-1]:.4g} s"
-    )
+    return replace(motion, reason=f"{error_left(left, settings.tolerance)}, at t = {motion.t[-1]:.4g} s")

@@ -22,6 +22,7 @@ from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.state import State
 from humanoid_rail.kinematics.task import DirectionTask, PointTask, RelativeTask, Task
 from humanoid_rail.kinematics.task_stack import stack_error, stack_jacobian
+from humanoid_rail.model.collision_bodies import coal_placement
 from humanoid_rail.model.robot import Hand, Robot
 from humanoid_rail.resolution.velocity import Gains
 from humanoid_rail.scene.obstacles import Obstacle, name_of
@@ -260,7 +261,7 @@ def _ball(robot: Robot, hand: Hand) -> float:
     radius = 0.0
     for body in robot.collision_model.geometryObjects:
         if body.parentJoint == frame.parentJoint:
-            placement = coal.Transform3s(body.placement.rotation, body.placement.translation)
+            placement = coal_placement(body.placement)
             result = coal.DistanceResult()
             distance = coal.distance(point, center, body.geometry, placement, coal.DistanceRequest(), result)
             radius = max(radius, -float(distance))

@@ -19,6 +19,8 @@ OBSTACLE_COLOUR = 0xC0305A
 """Obstacles have this colour, but for half-spaces."""
 WALL_COLOUR = 0x7C8792
 """Half-spaces, which fill much of a picture, have this colour."""
+PLAIN = (0.7, 0.7, 0.7, 1.0)
+"""Bodies of a robot without a colour of their own have this one, red, green, blue and opacity from 0 to 1."""
 CLOSEST_COLOUR = 0x11151C
 """The colour of the line between the closest bodies."""
 
@@ -31,6 +33,12 @@ def hand_colour(i: int) -> int:
 def rgb(colour: int) -> Array:
     """Return red, green and blue (3,), from 0 to 1."""
     return np.array([colour >> 16 & 0xFF, colour >> 8 & 0xFF, colour & 0xFF]) / 255.0
+
+
+def colour_of(rgb: Array) -> int:
+    """Return a colour of red, green and blue, the first of some numbers from 0 to 1; those beyond count as 0 or 1."""
+    red, green, blue = (255 * np.clip(rgb[:3], 0, 1)).round().astype(int).tolist()
+    return int(red) << 16 | int(green) << 8 | int(blue)
 
 
 def clearance_colours(clearance: Array) -> Array:

@@ -12,10 +12,11 @@ import numpy as np
 import pinocchio as pin
 
 from humanoid_rail._arrays import Array
+from humanoid_rail.model.collision_bodies import coal_placement
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import HalfSpace, Obstacle, Vector
 from humanoid_rail.scene.shapes import PlacedShape, placed_shapes
-from humanoid_rail.viewer.colours import OBSTACLE_COLOUR, WALL_COLOUR
+from humanoid_rail.viewer.colours import OBSTACLE_COLOUR, WALL_COLOUR, colour_of
 from humanoid_rail.viewer.forms import Group, instances
 
 DIRECTION_LENGTH = 0.45
@@ -28,13 +29,13 @@ def draw_bodies(view: meshcat.Visualizer, robot: Robot, bodies: pin.GeometryMode
     """Draw the bodies of a robot, each joint's under a node of its own, which the animation moves."""
     for body in bodies.geometryObjects:
         joint = robot.model.names[body.parentJoint]
-        rgb = (255 * np.clip(body.meshColor[:3], 0, 1)).astype(int)
-        colour = int(rgb[0]) << 16 | int(rgb[1]) << 8 | int(rgb[2])
-        placement = coal.Transform3s(body.placement.rotation, body.placement.translation)
-        placed = PlacedShape(body.geometry, placement)
-        view[f"{joint}/{body.name}"].set_object(
-            Group({body.name: instances([placed], colour, float(body.meshColor[3]))})
-        )
+        draw_body(view[f"{joint}/{body.name}"], body.geometry, body.placement, body.meshColor)
+
+
+def draw_body(view: meshcat.Visualizer, shape: coal.CollisionGeometry, placement: pin.SE3, rgba: Array) -> None:
+    """Draw a body of a robot where it is in the frame of the node, of a colour and opacity (4,) from 0 to 1."""
+    placed = PlacedShape(shape, coal_placement(placement))
+    view.set_object(Group({"body": instances([placed], colour_of(rgba), float(rgba[3]))}))
 
 
 def draw_obstacles(view: meshcat.Visualizer, obstacles: Iterable[Obstacle]) -> None:

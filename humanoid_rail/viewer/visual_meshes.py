@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from contextlib import suppress
 from typing import Any, NamedTuple
 
-import coal
 import meshcat
 import meshcat.geometry as mg
 import numpy as np
@@ -20,12 +19,9 @@ from humanoid_rail.model.robot import Robot
 from humanoid_rail.model.urdf import read_urdf
 from humanoid_rail.model.urdf_link import MeshFile, UrdfBody
 from humanoid_rail.scene.mesh_files import load, unit
-from humanoid_rail.scene.shapes import PlacedShape
-from humanoid_rail.viewer.forms import Group, instances
+from humanoid_rail.viewer.colours import PLAIN, colour_of
+from humanoid_rail.viewer.drawing import draw_body
 from humanoid_rail.viewer.mesh_names import find_mesh
-
-PLAIN = (0.7, 0.7, 0.7, 1.0)
-"""Bodies without a colour of their own have this one, red, green, blue and opacity from 0 to 1."""
 
 
 class _Painted(NamedTuple):
@@ -73,15 +69,7 @@ def _draw(view: meshcat.Visualizer, body: UrdfBody, link: pin.SE3) -> None:
         _draw_mesh(view, body.shape, body.rgba, body.where)
         view.set_transform(placement.homogeneous)
     else:
-        colour, opacity = _byte_colour(np.array(PLAIN if body.rgba is None else body.rgba))
-        placed = PlacedShape(body.shape, coal.Transform3s(placement.rotation, placement.translation))
-        view.set_object(Group({"shape": instances([placed], colour, opacity)}))
-
-
-def _byte_colour(rgba: Array) -> tuple[int, float]:
-    """Return a colour (4,) as a byte each of red, green and blue, and its opacity."""
-    red, green, blue = (255 * np.clip(rgba[:3], 0, 1)).round().astype(int).tolist()
-    return red << 16 | green << 8 | blue, float(rgba[3])
+        draw_body(view, body.shape, placement, np.array(PLAIN if body.rgba is None else body.rgba))
 
 
 def _draw_mesh(view: meshcat.Visualizer, mesh: MeshFile, rgba: tuple[float, ...] | None, field: str) -> None:
@@ -97,7 +85,7 @@ def _draw_mesh(view: meshcat.Visualizer, mesh: MeshFile, rgba: tuple[float, ...]
         colours = part.colours if rgba is None else np.array(rgba)
         by_vertex = None if colours.ndim == 1 else colours[:, :3]
         geometry = mg.TriangularMeshGeometry(factor * part.vertices * mesh.scale, part.faces, by_vertex)
-        colour, _ = _byte_colour(colours if by_vertex is None else np.ones(4))
+        colour = colour_of(colours if by_vertex is None else np.ones(3))
         opacity = float(colours[..., 3].mean())
         material = mg.MeshPhongMaterial(color=colour, opacity=opacity, vertexColors=by_vertex is not None)
         view[str(i)].set_object(geometry, material)

@@ -15,7 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from humanoid_rail import Box, Capsule, Certificate, Contact, HalfSpace, Robot, Sphere, verify
+from humanoid_rail import Box, Capsule, Certificate, Contact, HalfSpace, InvalidInput, Robot, Sphere, verify
 from humanoid_rail._native import why_no_engine
 from validation import check_certificates, plain_geometry, random_motions
 from validation.check_certificates import check_all, clearances, judge, main, summary
@@ -274,5 +274,5 @@ def test_the_exit_code_says_whether_all_hold(
     "options", [["--scenes", "0"], ["--first", "-1"], ["--seed", "-1"], ["--jobs", "0"], ["--finer", "0"]]
 )
 def test_bad_options_are_refused(options: list[str]) -> None:
-    with pytest.raises(check_certificates.InvalidInput, match=options[0][2:]):
+    with pytest.raises(InvalidInput, match=options[0][2:]):
         main.main(options, standalone_mode=False)

@@ -12,12 +12,13 @@ from numpy.typing import ArrayLike
 
 from humanoid_rail.errors import MISSING, InvalidInput
 from humanoid_rail.io.mujoco.actuators import PositionActuator
+from humanoid_rail.model.collision_bodies import coal_placement
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.model.urdf import read_urdf
 from humanoid_rail.model.urdf_joint import Joint
 from humanoid_rail.model.urdf_link import Link, MeshFile
 from humanoid_rail.scene.shapes import PlacedShape
-from humanoid_rail.viewer.colours import hand_colour, rgb
+from humanoid_rail.viewer.colours import PLAIN, hand_colour, rgb
 
 WORLD = "world"
 """MuJoCo gives this name to the body that everything stands on."""
@@ -29,8 +30,6 @@ PRECISION = 1e-9
 """No principal moment of inertia is nearer to the sum of the others than this share of it."""
 SMALLEST_RANGE = 1e-6
 """The range of a joint that is held is this, m or rad, as MuJoCo has none of length 0."""
-PLAIN = "0.7 0.7 0.7 1"
-"""Bodies without a colour of their own are drawn in this one."""
 
 
 def add_robot(world: Element, robot: Robot, actuators: Sequence[PositionActuator]) -> None:
@@ -94,7 +93,7 @@ def _add_joint(body: Element, joint: Joint, robot: Robot, effort_limit: float | 
 
 
 def _add_collision(body: Element, collision: pin.GeometryObject, at: pin.SE3) -> None:
-    shape = shape_attributes(PlacedShape(collision.geometry, coal.Transform3s(at.rotation, at.translation)))
+    shape = shape_attributes(PlacedShape(collision.geometry, coal_placement(at)))
     if not min(float(size) for size in shape["size"].split()) > 0:
         raise InvalidInput(f"collision body {collision.name}", shape["size"], "sizes greater than 0 m, for MuJoCo")
     SubElement(body, "geom", {"class": "collision", "name": collision.name, **shape})
@@ -132,8 +131,10 @@ def visuals(link: Link) -> Iterator[tuple[PlacedShape, str]]:
     """Yield the primitive visual bodies of a link, in its frame, and their colours."""
     for body in link.visuals:
         if not isinstance(body.shape, MeshFile):
-            placement = coal.Transform3s(body.placement.rotation, body.placement.translation)
-            yield PlacedShape(body.shape, placement), PLAIN if body.rgba is None else numbers(body.rgba)
+            yield (
+                PlacedShape(body.shape, coal_placement(body.placement)),
+                numbers(PLAIN if body.rgba is None else body.rgba),
+            )
 
 
 def shape_attributes(placed: PlacedShape) -> dict[str, str]:
