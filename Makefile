@@ -6,7 +6,7 @@ ENGINE := $(wildcard engine/*.[hc]pp engine/*/*.[hc]pp)
 
 .DELETE_ON_ERROR:
 .PHONY: plan test lint docs docs-serve generate figures picture benchmark evaluation regression retiming certificates \
-	urdfs meshes sanitize clean
+	distances urdfs meshes sanitize clean
 
 plan: $(VENV)/plan-installed
 	@echo "A kitting round, several targets one after the other, retimed for a drive:"
@@ -68,6 +68,10 @@ retiming: $(VENV)/test-installed
 # Certificates of 10,000 random motions against an independent check: about a quarter of an hour on two cores.
 certificates: $(VENV)/test-installed
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m validation.check_certificates --json out/certificates.json --readme docs/safety.md
+
+# What the margin of proofs is made of: random pairs of bodies, half a minute.
+distances: $(VENV)/test-installed
+	$(BIN)/python -m validation.check_distances --readme docs/safety.md
 
 # 10,000 random URDFs, most of them spoiled: each loads whole or is refused by name. A minute or two.
 urdfs: $(VENV)/test-installed
