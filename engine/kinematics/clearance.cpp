@@ -27,7 +27,7 @@ bool ObstacleClearances::Candidates::collide(coal::CollisionObject* piece, coal:
 }
 
 ObstacleClearances::ObstacleClearances(std::shared_ptr<const Robot> robot, const Obstacles& obstacles)
-    : robot_(std::move(robot)), obstacles_(obstacles), first_of_(static_cast<std::size_t>(obstacles.size())) {
+    : robot_(std::move(robot)), obstacles_(obstacles), seen_at_(static_cast<std::size_t>(obstacles.size())) {
   // Robot and obstacles have their boxes already, and other threads may be reading them.
   constexpr bool COMPUTE_BOX = false;
   for (const auto& body : robot_->bodies.geometryObjects) links_.emplace_back(body.geometry, COMPUTE_BOX);
@@ -69,18 +69,16 @@ void ObstacleClearances::within(double horizon, const Kinematics& kinematics, Ne
   found.obstacles.clear();
   found.pieces.clear();
   for (std::size_t i = 0; i < links_.size(); ++i) {
-    Interruption::poll();
     const int link = static_cast<int>(i);
     const coal::Transform3s placement = pinocchio::toCoalTransform3s(kinematics.body(link));
-    const std::size_t begin = found.obstacles.size();
     links_[i].setTransform(placement);
     links_[i].computeAABB();
     links_[i].getAABB().expand(horizon);
     candidates_.found.assign(unbounded_.begin(), unbounded_.end());
     tree_.collide(&links_[i], &candidates_);
-    for (const Body* body : candidates_.found) measure(link, placement, *body, horizon, found);
-    for (std::size_t k = begin; k < found.obstacles.size(); ++k) {
-      first_of_[static_cast<std::size_t>(found.obstacles[k].other)] = 0;
+    for (const Body* body : candidates_.found) {
+      Interruption::poll();
+      measure(link, placement, *body, horizon, found);
     }
   }
 }
@@ -118,12 +116,14 @@ void ObstacleClearances::measure(int link, const coal::Transform3s& placement, c
   nearest.piece = body.index;
   nearest.rate = nearest.normal.dot(piece.velocity);
   if (obstacles_.is_compound()) found.pieces.push_back(nearest);
-  std::size_t& first = first_of_[static_cast<std::size_t>(piece.obstacle)];
-  if (first == 0) {
+  std::size_t& at = seen_at_[static_cast<std::size_t>(piece.obstacle)];
+  const bool is_seen =
+      at < found.obstacles.size() && found.obstacles[at].link == link && found.obstacles[at].other == piece.obstacle;
+  if (!is_seen) {
+    at = found.obstacles.size();
     found.obstacles.push_back(nearest);
-    first = found.obstacles.size();
-  } else if (nearest.distance < found.obstacles[first - 1].distance) {
-    found.obstacles[first - 1] = nearest;
+  } else if (nearest.distance < found.obstacles[at].distance) {
+    found.obstacles[at] = nearest;
   }
 }
 

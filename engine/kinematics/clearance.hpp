@@ -66,7 +66,7 @@ class ObstacleClearances {
   // Not coal's array of nodes, which is never freed.
   coal::DynamicAABBTreeCollisionManager tree_;
   Candidates candidates_;
-  std::vector<std::size_t> first_of_;  // For each obstacle, one after where the link at hand has it in the result.
+  std::vector<std::size_t> seen_at_;  // For each obstacle, where the link at hand has it in the result, if it is there.
   DistanceMeter meter_;
 };
 

@@ -81,7 +81,7 @@ Course along(SceneKinematics& scene, const Eigen::Ref<const Vector>& t, const Ei
              double horizon) {
   const Kinematics& kinematics = scene.kinematics();
   Course result{Rows(motion.rows(), kinematics.robot().rows()), Vector(motion.rows()),
-                Rows::Constant(motion.rows(), scene.obstacles().size(), INFINITE)};
+                Rows(motion.rows(), scene.obstacles().size())};
   Observation seen;
   Vector q(motion.cols());
   for (Eigen::Index i = 0; i < motion.rows(); ++i) {
@@ -89,6 +89,8 @@ Course along(SceneKinematics& scene, const Eigen::Ref<const Vector>& t, const Ei
     scene.observe_nearest(q, t[i], horizon, seen);
     result.hands.row(i) = kinematics.hands();
     result.manipulability[i] = kinematics.manipulability();
+    // Row by row: filling all of a long motion's at once would keep an interruption waiting.
+    result.clearance.row(i).setConstant(INFINITE);
     for (const Nearest& pair : seen.near.obstacles) {
       result.clearance(i, pair.other) = std::min(result.clearance(i, pair.other), pair.distance);
     }
