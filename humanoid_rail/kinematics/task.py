@@ -17,7 +17,7 @@ import numpy as np
 import pinocchio as pin
 
 from humanoid_rail._arrays import FARTHEST, SHORTEST, Array, checked_array, triple
-from humanoid_rail.errors import InvalidInput, checked_number
+from humanoid_rail.errors import MISSING, InvalidInput, checked_number
 from humanoid_rail.kinematics.state import State
 from humanoid_rail.model.robot import Robot
 
@@ -118,8 +118,15 @@ class DirectionTask:
         return 3
 
     def axis(self, robot: Robot) -> Array:
-        """Return the unit vector (3,) in the hand's frame that has to point in the direction."""
-        return _unit(robot.hands[robot.hand(self.hand)].pointing if self.pointing is None else self.pointing)
+        """Return the unit vector (3,) in the hand's frame that has to point in the direction.
+
+        Raises:
+            InvalidInput: If neither the task nor the robot names one.
+        """
+        pointing = robot.hands[robot.hand(self.hand)].pointing if self.pointing is None else self.pointing
+        if pointing is None:
+            raise InvalidInput("pointing", MISSING, f"a direction in the frame of the hand {self.hand}, which has none")
+        return _unit(pointing)
 
     def error(self, state: State) -> Array:
         """Return e (3,), m."""

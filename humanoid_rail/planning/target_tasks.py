@@ -8,9 +8,10 @@ import numpy as np
 import pinocchio as pin
 
 from humanoid_rail._arrays import triple
+from humanoid_rail.errors import InvalidInput
 from humanoid_rail.kinematics.task import LEVER, PointTask, Task
 from humanoid_rail.model.robot import Hand, Robot
-from humanoid_rail.scene.targets import Pose, Step, direction, position
+from humanoid_rail.scene.targets import ANY_AXIS, Pose, Step, direction, position
 
 
 def tasks_of(robot: Robot, step: Step) -> tuple[Task, ...]:
@@ -32,9 +33,16 @@ def tasks_of(robot: Robot, step: Step) -> tuple[Task, ...]:
 
 
 def _further_points(hand: Hand, pose: Pose) -> Iterator[tuple[tuple[float, float, float], tuple[float, float, float]]]:
-    """Yield offsets in a hand's frame and where the points there have to be, m."""
-    place, pointing = np.array(pose.position), np.array(hand.pointing) / np.linalg.norm(hand.pointing)
-    towards = direction(pose, hand.pointing)
+    """Yield offsets in a hand's frame and where the points there have to be, m.
+
+    Raises:
+        InvalidInput: If the hand has to point somewhere and has nothing that points.
+    """
+    if hand.pointing is None and pose.approach is not None:
+        valid = "no direction to point in: the robot's file names none that this hand points in (hands.*.pointing)"
+        raise InvalidInput(f"targets.{hand.name}.approach", pose.approach, valid)
+    place, along = np.array(pose.position), hand.pointing or ANY_AXIS
+    pointing, towards = np.array(along) / np.linalg.norm(along), direction(pose, along)
     if towards is not None:
         yield triple(-LEVER * pointing), triple(place - LEVER * towards)
     if pose.rpy is not None:

@@ -21,8 +21,8 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from humanoid_rail._arrays import FARTHEST, SHORTEST, frozen
-from humanoid_rail.scene.convex_decomposition import Pieces, convex_pieces
-from humanoid_rail.scene.validation import LARGEST_ANGLE, Frozen
+from humanoid_rail._validation import LARGEST_ANGLE, Frozen
+from humanoid_rail.geometry.convex_decomposition import Pieces, convex_pieces
 
 
 def plain(value: object) -> object:

@@ -14,12 +14,12 @@ from pydantic import BeforeValidator, Field, ValidationError
 
 from humanoid_rail._arrays import Array
 from humanoid_rail._resources import resource
+from humanoid_rail._validation import Frozen, invalid_input
 from humanoid_rail.errors import MISSING, InvalidInput, did_you_mean
 from humanoid_rail.model.position_limits import within_position_limits
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import Number, Obstacle, plain
 from humanoid_rail.scene.targets import Step, Targets, position
-from humanoid_rail.scene.validation import Frozen, invalid_input
 
 OWN = "scenes"
 """The scenes that come with the package are in a folder of this name."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from humanoid_rail._validation import FIELDS_HEADING
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.scene import Scene
-from humanoid_rail.scene.validation import FIELDS_HEADING
 
 
 def scene_schema(robot: Robot) -> dict[str, Any]:

@@ -10,8 +10,11 @@ import pinocchio as pin
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
 
 from humanoid_rail._arrays import Array
+from humanoid_rail._validation import Frozen
 from humanoid_rail.scene.obstacles import Angles, Vector, not_zero, plain
-from humanoid_rail.scene.validation import Frozen
+
+ANY_AXIS = (1.0, 0.0, 0.0)
+"""This axis of its frame shows how a hand is turned that points nowhere."""
 
 
 class Pose(Frozen):
@@ -63,16 +66,17 @@ def position(target: Vector | Pose) -> Vector:
     return target.position if isinstance(target, Pose) else target
 
 
-def direction(target: Target, pointing: tuple[float, float, float]) -> Array | None:
+def direction(target: Target, pointing: tuple[float, float, float] | None) -> Array | None:
     """Return the unit vector (3,) in which a target has a hand point; None if it may point anywhere.
 
     Args:
         target: The target.
-        pointing: The direction in the hand's frame in which it points.
+        pointing: The direction in the hand's frame in which it points; `ANY_AXIS` if it points nowhere.
     """
     if not isinstance(target, Pose) or not is_oriented(target):
         return None
-    along = np.array(target.approach if target.rpy is None else pin.rpy.rpyToMatrix(*target.rpy) @ np.array(pointing))
+    axis = np.array(pointing or ANY_AXIS)
+    along = np.array(target.approach if target.rpy is None else pin.rpy.rpyToMatrix(*target.rpy) @ axis)
     unit: Array = along / np.linalg.norm(along)
     return unit
 

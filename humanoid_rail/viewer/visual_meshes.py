@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.errors import InvalidInput
+from humanoid_rail.geometry.mesh_files import load, unit
+from humanoid_rail.geometry.mesh_names import find_mesh
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.model.urdf import read_urdf
 from humanoid_rail.model.urdf_link import MeshFile, UrdfBody
-from humanoid_rail.scene.mesh_files import load, unit
 from humanoid_rail.viewer.colours import PLAIN, colour_of
 from humanoid_rail.viewer.drawing import draw_body
-from humanoid_rail.viewer.mesh_names import find_mesh
 
 
 class _Painted(NamedTuple):

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from humanoid_rail.geometry.convex_decomposition import convex_pieces
+from humanoid_rail.geometry.coverage import winding_numbers
+from humanoid_rail.geometry.mesh_files import Triangles
 from humanoid_rail.scene import obstacles
-from humanoid_rail.scene.convex_decomposition import convex_pieces
-from humanoid_rail.scene.coverage import winding_numbers
-from humanoid_rail.scene.mesh_files import Triangles
 from validation.check_meshes import check, check_all, points_around, summary
 from validation.random_meshes import FORMATS, make_mesh
 

@@ -15,7 +15,7 @@ from scipy.sparse.csgraph import breadth_first_order, connected_components
 from scipy.spatial import cKDTree
 
 from humanoid_rail._arrays import Array
-from humanoid_rail.scene.mesh_files import Triangles
+from humanoid_rail.geometry.mesh_files import Triangles
 
 WELD = 1e-6
 """Vertices that are nearer to each other than this, relative to the size of the mesh, are one if that closes it."""

@@ -16,8 +16,8 @@ from tempfile import NamedTemporaryFile, TemporaryDirectory
 import numpy as np
 
 from humanoid_rail._arrays import Array
+from humanoid_rail.geometry.mesh_files import Triangles
 from humanoid_rail.progress import progress
-from humanoid_rail.scene.mesh_files import Triangles
 
 CONCAVITY = 0.05
 """CoACD leaves at most this concavity in a piece, relative to the size of the mesh."""

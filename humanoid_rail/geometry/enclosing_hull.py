@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from humanoid_rail._arrays import Array
-from humanoid_rail.scene.solids import size_of
+from humanoid_rail.geometry.solids import size_of
 
 MOST_VERTICES = 250
 """A convex body has no more vertices than this: so none has 255 neighbours, and distances do not take long."""

@@ -10,8 +10,8 @@ import pytest
 import trimesh
 
 from humanoid_rail import InvalidInput, Mesh
-from humanoid_rail.scene.mesh_files import Triangles, off_bytes, read_triangles
-from humanoid_rail.scene.solids import solids, volume
+from humanoid_rail.geometry.mesh_files import Triangles, off_bytes, read_triangles
+from humanoid_rail.geometry.solids import solids, volume
 
 SIZE = (1.0, 2.0, 3.0)
 """Edges of the box in all files, m; with y up its height is the second one."""
@@ -114,7 +114,7 @@ def test_parts_of_a_file_are_where_its_nodes_put_them(tmp_path: Path) -> None:
 
 
 def test_five_plates_of_a_bin_need_no_cutting(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from humanoid_rail.scene import convex_decomposition
+    from humanoid_rail.geometry import convex_decomposition
 
     monkeypatch.setattr(convex_decomposition, "decompose", None)
     plates = [((1.0, 1.0, 0.1), (0.0, 0.0, 0.05))]

@@ -15,15 +15,15 @@ import pytest
 import trimesh
 
 from humanoid_rail import InvalidInput, Mesh
-from humanoid_rail.scene import convex_decomposition, decomposition
-from humanoid_rail.scene.coverage import farthest_outside, points_in, points_on, winding_numbers
-from humanoid_rail.scene.decomposition import cache_folder, decompose
-from humanoid_rail.scene.mesh_files import Triangles
+from humanoid_rail.geometry import convex_decomposition, decomposition
+from humanoid_rail.geometry.coverage import farthest_outside, points_in, points_on, winding_numbers
+from humanoid_rail.geometry.decomposition import cache_folder, decompose
+from humanoid_rail.geometry.mesh_files import Triangles
 
 ENDLESS = """
 import trimesh
-from humanoid_rail.scene.decomposition import decompose
-from humanoid_rail.scene.mesh_files import Triangles
+from humanoid_rail.geometry.decomposition import decompose
+from humanoid_rail.geometry.mesh_files import Triangles
 inner = trimesh.creation.box((0.5, 0.5, 0.5))
 inner.invert()
 mesh = trimesh.util.concatenate([trimesh.creation.box((1, 1, 1)), inner])

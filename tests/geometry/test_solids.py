@@ -10,8 +10,8 @@ import pytest
 import trimesh
 
 from humanoid_rail import InvalidInput, Kinematics, Mesh, NativeKinematics, Robot
-from humanoid_rail.scene.mesh_files import Triangles
-from humanoid_rail.scene.solids import solids, volume
+from humanoid_rail.geometry.mesh_files import Triangles
+from humanoid_rail.geometry.solids import solids, volume
 
 
 def box(center: Any = (0.0, 0.0, 0.0), size: Any = 1.0, inwards: bool = False) -> trimesh.Trimesh:

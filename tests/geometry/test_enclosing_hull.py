@@ -10,7 +10,7 @@ import trimesh
 from scipy.spatial import ConvexHull
 
 from humanoid_rail import Mesh, NativeKinematics, Robot
-from humanoid_rail.scene.enclosing_hull import MOST_SWELLING, MOST_VERTICES, enclosing_hull
+from humanoid_rail.geometry.enclosing_hull import MOST_SWELLING, MOST_VERTICES, enclosing_hull
 from humanoid_rail.scene.shapes import placed_shapes
 
 

@@ -8,8 +8,8 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from humanoid_rail._arrays import Array
-from humanoid_rail.scene.mesh_files import Triangles
-from humanoid_rail.scene.solids import areas
+from humanoid_rail.geometry.mesh_files import Triangles
+from humanoid_rail.geometry.solids import areas
 
 ON_SURFACE = 4000
 """At most so many vertices, middles of triangles and random points on them are looked at, of each kind."""

@@ -10,11 +10,11 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from humanoid_rail._arrays import Array, frozen
-from humanoid_rail.scene.coverage import farthest_outside, points_in, points_on
-from humanoid_rail.scene.decomposition import decompose, forget
-from humanoid_rail.scene.enclosing_hull import enclosing_hull
-from humanoid_rail.scene.mesh_files import Triangles, read_triangles, stamps
-from humanoid_rail.scene.solids import size_of, solids, volume
+from humanoid_rail.geometry.coverage import farthest_outside, points_in, points_on
+from humanoid_rail.geometry.decomposition import decompose, forget
+from humanoid_rail.geometry.enclosing_hull import enclosing_hull
+from humanoid_rail.geometry.mesh_files import Triangles, read_triangles, stamps
+from humanoid_rail.geometry.solids import size_of, solids, volume
 
 Pieces = tuple[Array, ...]
 """Vertices (k, 3) of convex bodies, in m."""

@@ -1,0 +1,1 @@
+"""Meshes: their files, the solids in them, and convex bodies that contain these."""
