@@ -1,4 +1,4 @@
-"""What the data of a scene have in common: immutable, strictly validated, with errors that name the field."""
+"""What data of scenes and robot files have in common: immutable, strictly validated; errors name the field."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 from inspect import Parameter, Signature
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
-from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
+import numpy as np
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError, PydanticUndefined
 
 from humanoid_rail._arrays import FARTHEST
@@ -28,7 +29,7 @@ else:
             try:
                 return super().__call__(*args, **kwargs)
             except ValidationError as error:
-                raise invalid_input(error, root="scene" if cls.__name__ == "Scene" else cls.__name__) from None
+                raise invalid_input(error, root=ROOTS.get(cls.__name__, cls.__name__)) from None
 
         def __dir__(cls) -> list[str]:
             """Return what is the model's own, without the machinery that pydantic brings."""
@@ -36,8 +37,33 @@ else:
             return [name for name in super().__dir__() if not name.startswith("_") and name not in machinery]
 
 
+ROOTS = {"Scene": "scene", "RobotFile": "robot"}
+"""What errors that are about no field alone call the data of a file."""
 LARGEST_ANGLE = 2.0 * math.pi
 """Angles beyond a full turn are mostly degrees, rad."""
+
+
+def plain(value: object) -> object:
+    """Return lists and arrays as tuples, so that strict validation takes them."""
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    return tuple(value) if isinstance(value, list) else value
+
+
+def _triple(value: object) -> object:
+    value = plain(value)
+    if not isinstance(value, tuple) or len(value) != 3:
+        raise ValueError("three numbers")
+    return value
+
+
+Number = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST)]
+Positive = Annotated[float, Field(gt=0.0, le=FARTHEST)]
+Vector = Annotated[tuple[Number, Number, Number], BeforeValidator(_triple)]
+Angle = Annotated[float, Field(ge=-LARGEST_ANGLE, le=LARGEST_ANGLE)]
+Angles = Annotated[tuple[Angle, Angle, Angle], BeforeValidator(_triple)]
+Size = Annotated[tuple[Positive, Positive, Positive], BeforeValidator(_triple)]
+
 FIELDS_HEADING = "\n\nFields:"
 """After this the docstring of a model lists its fields."""
 

@@ -20,23 +20,9 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from humanoid_rail._arrays import FARTHEST, SHORTEST, frozen
-from humanoid_rail._validation import LARGEST_ANGLE, Frozen
+from humanoid_rail._arrays import SHORTEST, frozen
+from humanoid_rail._validation import Angles, Frozen, Number, Positive, Size, Vector, plain
 from humanoid_rail.geometry.convex_decomposition import Pieces, convex_pieces
-
-
-def plain(value: object) -> object:
-    """Return lists and arrays as tuples, so that strict validation takes them."""
-    if isinstance(value, np.ndarray):
-        value = value.tolist()
-    return tuple(value) if isinstance(value, list) else value
-
-
-def _triple(value: object) -> object:
-    value = plain(value)
-    if not isinstance(value, tuple) or len(value) != 3:
-        raise ValueError("three numbers")
-    return value
 
 
 def _factors(value: object) -> object:
@@ -50,14 +36,6 @@ def _factors(value: object) -> object:
 def _require_type(schema: dict[str, Any]) -> None:
     """A file names the type of every obstacle, although Python code need not."""
     schema["required"] = ["type", *schema.get("required", [])]
-
-
-Number = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST)]
-Positive = Annotated[float, Field(gt=0.0, le=FARTHEST)]
-Vector = Annotated[tuple[Number, Number, Number], BeforeValidator(_triple)]
-Angle = Annotated[float, Field(ge=-LARGEST_ANGLE, le=LARGEST_ANGLE)]
-Angles = Annotated[tuple[Angle, Angle, Angle], BeforeValidator(_triple)]
-Size = Annotated[tuple[Positive, Positive, Positive], BeforeValidator(_triple)]
 
 
 def not_zero(normal: tuple[float, float, float]) -> tuple[float, float, float]:

@@ -14,11 +14,12 @@ from pydantic import BeforeValidator, Field, ValidationError
 
 from humanoid_rail._arrays import Array
 from humanoid_rail._resources import resource
-from humanoid_rail._validation import Frozen, invalid_input
+from humanoid_rail._validation import Frozen, Number, invalid_input, plain
+from humanoid_rail._yaml import parse_yaml
 from humanoid_rail.errors import MISSING, InvalidInput, did_you_mean
 from humanoid_rail.model.position_limits import within_position_limits
 from humanoid_rail.model.robot import Robot
-from humanoid_rail.scene.obstacles import Number, Obstacle, plain
+from humanoid_rail.scene.obstacles import Obstacle
 from humanoid_rail.scene.targets import Step, Targets, position
 
 OWN = "scenes"
@@ -63,7 +64,7 @@ def load_scene(path: str | Path) -> Scene:
         raise InvalidInput("scene", str(path), "an existing file") from None
     except (OSError, ValueError) as error:
         raise InvalidInput("scene", str(path), f"a readable UTF-8 text file ({error})") from None
-    data = _parse(text, str(path))
+    data = parse_yaml("scene", text, str(path))
     if isinstance(data, dict):
         # Where file names are taken for ASCII, Python has other characters of them as half a surrogate pair each.
         stem = os.fsencode(path.stem).decode("utf-8", errors="replace")
@@ -148,25 +149,6 @@ def target_points(robot: Robot, scene: Scene) -> Array:
 def is_of_a_scene(error: InvalidInput) -> bool:
     """Return whether an error is about a field of a scene, and not about another argument."""
     return error.field.split(".")[0].split("[")[0] in Scene.model_fields
-
-
-def _parse(text: str, source: str) -> object:
-    # Imported here: a scene need not come from a file.
-    from ruamel.yaml import YAML
-    from ruamel.yaml.error import MarkedYAMLError, YAMLError
-
-    # The pure loader is the one that reads YAML 1.2, in which 1e-3 is a number and JSON is YAML.
-    try:
-        return YAML(typ="safe", pure=True).load(text)
-    except MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        line = text.splitlines()[mark.line] if mark and mark.line < len(text.splitlines()) else text
-        where = f"{source}:{mark.line + 1}:{mark.column + 1}" if mark else source
-        raise InvalidInput("scene", line, f"YAML: {error.problem or error.context}", where) from None
-    except RecursionError:
-        raise InvalidInput("scene", text, "YAML that is not nested so deeply", source) from None
-    except (YAMLError, ValueError, TypeError, AttributeError, LookupError, AssertionError) as error:
-        raise InvalidInput("scene", text, f"YAML: {error}", source) from None
 
 
 def _list(names: tuple[str, ...]) -> str:

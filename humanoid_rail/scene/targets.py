@@ -10,8 +10,8 @@ import pinocchio as pin
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
 
 from humanoid_rail._arrays import Array
-from humanoid_rail._validation import Frozen
-from humanoid_rail.scene.obstacles import Angles, Vector, not_zero, plain
+from humanoid_rail._validation import Angles, Frozen, Vector, plain
+from humanoid_rail.scene.obstacles import not_zero
 
 ANY_AXIS = (1.0, 0.0, 0.0)
 """This axis of its frame shows how a hand is turned that points nowhere."""

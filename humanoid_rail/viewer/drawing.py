@@ -12,9 +12,10 @@ import numpy as np
 import pinocchio as pin
 
 from humanoid_rail._arrays import Array
+from humanoid_rail._validation import Vector
 from humanoid_rail.model.collision_bodies import coal_placement
 from humanoid_rail.model.robot import Robot
-from humanoid_rail.scene.obstacles import HalfSpace, Obstacle, Vector
+from humanoid_rail.scene.obstacles import HalfSpace, Obstacle
 from humanoid_rail.scene.shapes import PlacedShape, placed_shapes
 from humanoid_rail.viewer.colours import OBSTACLE_COLOUR, WALL_COLOUR, colour_of
 from humanoid_rail.viewer.forms import Group, instances

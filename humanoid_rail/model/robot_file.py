@@ -1,0 +1,158 @@
+"""Robot files: what a URDF does not say about a robot, as frozen, validated data (`robot.yaml`)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import BeforeValidator, Field, ValidationError
+
+from humanoid_rail._validation import Frozen, Number, Positive, Vector, invalid_input, plain
+from humanoid_rail._yaml import parse_yaml
+from humanoid_rail.errors import InvalidInput
+
+NAME = "robot.yaml"
+"""The robot file of a folder has this name."""
+FULL_TURN = 6.283185307179586
+"""Continuous joints are kept within this of 0 unless a robot file says otherwise, rad."""
+ELSEWHERE = "every other joint, at 0"
+"""`locked` may say this, with what follows, instead of positions: it is what happens anyway."""
+
+Names = Annotated[tuple[str, ...], BeforeValidator(plain)]
+Positions = dict[str, Number]
+"""Positions of joints by their names, m and rad."""
+
+
+def _in_words(value: object) -> object:
+    """Take what the format does anyway, said in words, as nothing."""
+    return {} if isinstance(value, str) and value.startswith(ELSEWHERE) else value
+
+
+class HandEntry(Frozen):
+    """A hand of a robot file."""
+
+    frame: str
+    """The frame of the URDF whose origin is given targets."""
+    arm: Names | None = None
+    """The joints of its arm; the last ones that only this hand needs if not given."""
+    pointing: Vector | None = None
+    """The direction in the frame in which the hand points; targets with `approach` need one."""
+
+
+class LimitEntry(Frozen):
+    """Limits of a joint, instead of those of the URDF. m, rad, s."""
+
+    lower: Number | None = None
+    """Lower position limit, m or rad."""
+    upper: Number | None = None
+    """Upper position limit, m or rad."""
+    velocity: Positive | None = None
+    """m/s or rad/s."""
+    acceleration: Positive | None = None
+    """m/s^2 or rad/s^2."""
+    jerk: Positive | None = None
+    """m/s^3 or rad/s^3."""
+
+
+class BaseEntry(Frozen):
+    """Where the root of the URDF stands."""
+
+    xyz: Vector = (0.0, 0.0, 0.0)
+    """m."""
+    rpy: Vector = (0.0, 0.0, 0.0)
+    """Roll, pitch and yaw about the fixed axes x, y, z, rad."""
+
+
+class PairEntry(Frozen):
+    """Two links."""
+
+    links: Annotated[tuple[str, str], BeforeValidator(plain)]
+    """Their names."""
+    why: str = "left out by the robot file"
+    """Why they are left out."""
+    distance: Annotated[float, Field(ge=0.0)] | None = None
+    """How far apart they are kept where that is less than the safety distance, m."""
+
+
+class PairsEntry(Frozen):
+    """Pairs of links, instead of what is found by itself."""
+
+    left_out: Annotated[tuple[PairEntry, ...], BeforeValidator(plain)] | None = None
+    """All pairs that are not checked; found by itself if not given."""
+    distances: Annotated[tuple[PairEntry, ...], BeforeValidator(plain)] | None = None
+    """Pairs with a distance of their own; found by itself if not given."""
+
+
+class RobotFile(Frozen):
+    """A robot: its URDF and what that does not say. Metres, radians and seconds.
+
+    Raises:
+        InvalidInput: If a field is not valid.
+    """
+
+    urdf: str
+    """URDF or xacro: a path relative to this file, or to the models of `package`; or `PACKAGE:ROBOT`."""
+    name: str | None = None
+    """What the robot is called; the name in the URDF if not given."""
+    srdf: str | None = None
+    """SRDF, found as the URDF is."""
+    package: str | None = None
+    """The Python package whose models the robot is one of, such as `example-robot-data>=5`."""
+    packages: Names = ()
+    """Folders of ROS packages, or folders that hold them, relative to this file."""
+    xacro: dict[str, str | float | bool] = Field(default_factory=dict)
+    """Arguments of the xacro."""
+    hands: dict[str, HandEntry] | None = None
+    """The hands by name; found by itself if not given."""
+    joints: Names | None = None
+    """The joints that move; those that a hand needs if not given."""
+    locked: Annotated[Positions, BeforeValidator(_in_words)] = Field(default_factory=dict)
+    """Where joints stand that do not move. Those not named here stand at 0, or at their limit next to it."""
+    locked_joints: Names = ()
+    """Joints that do not move, whatever else."""
+    continuous_joints_within: Annotated[tuple[Number, Number], BeforeValidator(plain)] = (-FULL_TURN, FULL_TURN)
+    """Joints without end are kept within this, rad."""
+    limits: dict[str, LimitEntry] = Field(default_factory=dict)
+    """Limits by joint, instead of those of the URDF."""
+    acceleration_time: Positive | None = None
+    """Joints without a limit of acceleration get one by which they reach their speed limit in this time, s."""
+    postures: dict[str, Positions] = Field(default_factory=dict)
+    """Postures by name, beside those of the SRDF."""
+    initial: Annotated[str | Positions | tuple[Number, ...], BeforeValidator(plain)] | None = None
+    """Where motions start unless a scene says otherwise: a posture's name, positions by joint (of the others as by
+    itself), or all of them. Found by itself if not given."""
+    base: BaseEntry = BaseEntry()
+    """Where the root of the URDF stands."""
+    pairs: PairsEntry = PairsEntry()
+    """Pairs of links that are not checked against each other, or kept nearer than others."""
+    decomposed: Names | None = None
+    """Links whose meshes are cut into convex pieces; those whose hulls cost freedom if not given."""
+
+
+def read_robot_file(path: str | Path) -> RobotFile:
+    """Return the robot file at a path, or in a folder as `robot.yaml`.
+
+    Raises:
+        InvalidInput: If it is missing, is not YAML or no robot file; the error names the field.
+    """
+    file = Path(path) / NAME if Path(path).is_dir() else Path(path)
+    try:
+        text = file.read_text(encoding="utf-8")
+    except (OSError, ValueError) as error:
+        raise InvalidInput("robot", str(file), f"a robot file that can be read ({error})") from None
+    return make_robot_file(parse_yaml("robot", text, str(file)), str(file))
+
+
+def make_robot_file(data: object, source: str | None = None) -> RobotFile:
+    """Return a robot file from plain data.
+
+    Raises:
+        InvalidInput: If they are none; the error names the field.
+    """
+    if not isinstance(data, Mapping):
+        raise InvalidInput("robot", data, "a mapping with the keys of a robot file; see docs/robots.md", source)
+    try:
+        return RobotFile.model_validate(dict(data))
+    except ValidationError as error:
+        raise invalid_input(error, source, root="robot") from None
