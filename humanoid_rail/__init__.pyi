@@ -9,8 +9,10 @@ from .kinematics.kinematics import Kinematics
 from .kinematics.native_kinematics import NativeKinematics
 from .kinematics.state import State
 from .kinematics.task import ConfigurationTask, DirectionTask, PointTask, RelativeTask, Task
-from .model.library import build_urdf, load_robot
-from .model.robot import Hand, Robot, robot_from_urdf
+from .model.building import robot_from_urdf
+from .model.humanoid import build_urdf
+from .model.library import load_robot, robots
+from .model.robot import Hand, Robot
 from .paper.cases import paper_scene, plan_case
 from .planning.batch import WorkerDied, plan_many
 from .planning.methods import Auto, GradientProjection, SafeVelocity
@@ -80,6 +82,7 @@ __all__ = [
     "read_trajectory",
     "retime",
     "robot_from_urdf",
+    "robots",
     "solve",
     "verify",
     "write_plan",

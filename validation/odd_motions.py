@@ -11,7 +11,8 @@ import numpy as np
 
 from humanoid_rail import Box, Capsule, HalfSpace, Robot, Sphere
 from humanoid_rail._arrays import Array, triple
-from humanoid_rail.model.robot import Hand, robot_from_urdf
+from humanoid_rail.model.building import robot_from_urdf
+from humanoid_rail.model.robot import Hand
 from humanoid_rail.scene.obstacles import Obstacle
 
 BODIES = ("capsule", "capsule", "box", "sphere", "cylinder")

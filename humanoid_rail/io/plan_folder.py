@@ -13,7 +13,7 @@ from humanoid_rail.errors import InvalidInput
 from humanoid_rail.geometry.mesh_files import WITHOUT_REFERENCES, off_bytes, read_triangles
 from humanoid_rail.io.files import check_folder
 from humanoid_rail.io.trajectory_files import TRAJECTORY_FILES, read_trajectory, write_trajectory
-from humanoid_rail.model.library import paper_robot
+from humanoid_rail.model.humanoid import paper_robot
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import Mesh
 from humanoid_rail.scene.scene import Scene, check_scene, load_scene, make_scene

@@ -1,6 +1,8 @@
-"""The collision bodies of a robot: one for each `<collision>` of its URDF, of the size and where it is written."""
+"""The collision bodies of a robot: one for each primitive `<collision>` of its URDF, convex ones for each mesh."""
 
 from __future__ import annotations
+
+from collections.abc import Mapping
 
 import coal
 import numpy as np
@@ -8,11 +10,15 @@ import pinocchio as pin
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.errors import MISSING, InvalidInput
+from humanoid_rail.geometry.convex_shape import convex_shape
 from humanoid_rail.model.urdf import Urdf
-from humanoid_rail.model.urdf_link import MeshFile, UrdfBody
+from humanoid_rail.model.urdf_link import MeshFile
 
-PRECISION = 1e-9
-"""Bodies are of the size and where they are written to within this, m, or this share of it."""
+COLOUR = np.array([0.9, 0.9, 0.9, 1.0])
+"""Bodies have this colour: red, green, blue and opacity from 0 to 1."""
+
+Pieces = tuple[Array, ...]
+"""Vertices (k, 3) of convex bodies that together contain a mesh, in its frame, m."""
 
 
 def coal_placement(placement: pin.SE3) -> coal.Transform3s:
@@ -20,54 +26,41 @@ def coal_placement(placement: pin.SE3) -> coal.Transform3s:
     return coal.Transform3s(placement.rotation, placement.translation)
 
 
-def collision_bodies(model: pin.Model, urdf: Urdf) -> pin.GeometryModel:
-    """Return the collision bodies that Pinocchio makes of a URDF, held against what is written.
+def collision_bodies(model: pin.Model, urdf: Urdf, meshes: Mapping[str, Pieces]) -> pin.GeometryModel:
+    """Return the collision bodies of a URDF, in the order of the model's links.
+
+    They are named as Pinocchio's reader does: the link and the number of its `<collision>`; where a mesh has several
+    pieces, and the number of the piece. That reader itself takes what it can read and leaves out the rest.
+
+    Args:
+        model: All joints.
+        urdf: The robot.
+        meshes: For each `<collision>` that is a mesh, by where it is in the URDF: its convex bodies.
 
     Raises:
-        InvalidInput: If there are none, one is a mesh, or Pinocchio has others than are written.
+        InvalidInput: If there are no bodies, or nothing is known of a mesh.
     """
     if not any(link.collisions for link in urdf.links.values()):
         raise InvalidInput("urdf", MISSING, "at least one link with a collision body")
-    for body in (body for link in urdf.links.values() for body in link.collisions):
-        # coal sees only the surface of a mesh: a point wholly within one would count as free.
-        if isinstance(body.shape, MeshFile):
-            raise InvalidInput(f"{body.where}.geometry", f"mesh {body.shape.filename}", "a primitive shape, no mesh")
-    try:
-        bodies = pin.buildGeomFromUrdfString(model, urdf.text, pin.GeometryType.COLLISION)
-    except (ValueError, RuntimeError) as error:
-        raise InvalidInput("urdf", urdf.text, f"collision bodies that Pinocchio can load ({error})") from error
-    _check(model, bodies, urdf)
-    return bodies
-
-
-def _check(model: pin.Model, bodies: pin.GeometryModel, urdf: Urdf) -> None:
-    """Check that no body is missing or another than is written, whatever the libraries below think of the URDF."""
-    found: dict[str, list[pin.GeometryObject]] = {name: [] for name in urdf.links}
-    for body in bodies.geometryObjects:
-        found[model.frames[body.parentFrame].name].append(body)
+    bodies = pin.GeometryModel()
+    for index, frame in enumerate(model.frames):
+        if frame.type != pin.FrameType.BODY or frame.name not in urdf.links:
+            continue
+        for i, body in enumerate(urdf.links[frame.name].collisions):
+            placement, shapes = frame.placement * body.placement, [body.shape]
+            if isinstance(body.shape, MeshFile):
+                # coal sees only the surface of a mesh: a point wholly within one would count as free.
+                if body.where not in meshes:
+                    valid = "a primitive shape; load_robot makes convex bodies of meshes"
+                    raise InvalidInput(f"{body.where}.geometry", f"mesh {body.shape.filename}", valid)
+                shapes = [convex_shape(vertices) for vertices in meshes[body.where]]
+            for k, shape in enumerate(shapes):
+                name = f"{frame.name}_{i}" if len(shapes) == 1 else f"{frame.name}_{i}_{k}"
+                made = pin.GeometryObject(name, frame.parentJoint, index, placement, shape)
+                made.meshColor = COLOUR
+                bodies.addGeometryObject(made)
+    in_model = {frame.name for frame in model.frames if frame.type == pin.FrameType.BODY}
     for name, link in urdf.links.items():
-        if len(found[name]) != len(link.collisions):
-            valid = f"as many as the link has elements <collision>, {len(link.collisions)}"
-            raise InvalidInput(f"collision bodies of link {name} in Pinocchio", len(found[name]), valid)
-        for body, written in zip(found[name], link.collisions, strict=True):
-            placement = model.frames[body.parentFrame].placement.actInv(body.placement)
-            if not (_same(body.geometry, written) and _near(placement.homogeneous, written.placement.homogeneous)):
-                raise InvalidInput(f"{written.where} in Pinocchio", body, "as it is written in the URDF")
-
-
-def _same(shape: coal.CollisionGeometry, written: UrdfBody) -> bool:
-    return type(shape) is type(written.shape) and _near(_sizes(shape), _sizes(written.shape))
-
-
-def _sizes(shape: coal.ShapeBase) -> Array:
-    match shape:
-        case coal.Box():
-            return np.array(shape.halfSide)
-        case coal.Sphere():
-            return np.array([shape.radius])
-        case _:
-            return np.array([shape.radius, shape.halfLength])
-
-
-def _near(a: Array, b: Array) -> bool:
-    return bool(np.allclose(a, b, rtol=PRECISION, atol=PRECISION))
+        if link.collisions and name not in in_model:
+            raise InvalidInput(f"link {name} in Pinocchio", MISSING, "in the model, as the link has collision bodies")
+    return bodies

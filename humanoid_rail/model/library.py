@@ -1,206 +1,162 @@
-"""Where robots come from: the paper's robot, built from its xacro file."""
+"""Where robots come from: the paper's robot, robot files, URDFs, and the models of other packages."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
+from collections.abc import Mapping, Sequence
 from inspect import Parameter, Signature
 from pathlib import Path
-from typing import SupportsFloat, TypedDict, TypeVar, Unpack
-from xml.etree import ElementTree
+from typing import Any, TypedDict, Unpack, overload
 
-from humanoid_rail._arrays import FARTHEST
+import numpy as np
+import pinocchio as pin
+
 from humanoid_rail._resources import resource
-from humanoid_rail.errors import InvalidInput, checked_number, did_you_mean
-from humanoid_rail.model.robot import Hand, Robot, robot_from_urdf
+from humanoid_rail.errors import InvalidInput, did_you_mean
+from humanoid_rail.model.humanoid import RobotArguments, argument_parameters, build_urdf, paper_robot, xacro_arguments
+from humanoid_rail.model.loading import robot_of
+from humanoid_rail.model.robot import Hand, Robot
+from humanoid_rail.model.robot_file import NAME, RobotFile, make_robot_file, read_robot_file
 
-XACRO = "humanoid_rail.urdf.xacro"
-"""The file in `robots/` that the paper's robot is built from."""
-SRDF = "humanoid_rail.srdf"
-"""The file in `robots/` with the pairs of links that are not checked against each other."""
-ARM_JOINTS = ("shoulder_roll", "shoulder_pitch", "upper_arm_roll", "elbow_pitch")
-"""The joints of an arm, without the side that their names begin with."""
-INITIAL = (0.0, 0.0, math.pi / 3, math.pi / 4, *(8 * (0.0,)))
-"""q(0) of eq. 5.1: the rail in m, then angles in rad."""
-SMALLEST = 1e-6
-"""Lengths, rates, efforts and densities are at least this; SI units."""
-LARGEST = 1e9
-"""Rates, efforts and densities are at most this; SI units."""
-
-_XACRO_TAG = "{http://www.ros.org/wiki/xacro}"
-_F = TypeVar("_F", bound=Callable[..., object])
+FILES = (".yaml", ".yml", ".json")
+"""Robot files have these endings."""
+PAPER = "humanoid_rail"
+"""The paper's robot is called so."""
 
 
-class RobotArguments(TypedDict, total=False):
-    """The arguments of the paper's robot; those that are not given have the defaults of the xacro file."""
+class FileArguments(TypedDict, total=False):
+    """What a URDF does not say, as arguments: the fields of a robot file, which they replace."""
 
-    l_t1: SupportsFloat
-    """Height of the waist above the carriage, m."""
-    l_t2: SupportsFloat
-    """Length of the lower torso, m."""
-    l_t3: SupportsFloat
-    """Length of the upper torso, m."""
-    l_l1: SupportsFloat
-    """Length of the left clavicle, m."""
-    l_l2: SupportsFloat
-    """Length of the left upper arm, m."""
-    l_l3: SupportsFloat
-    """Length of the left forearm up to the hand point, m."""
-    l_r1: SupportsFloat
-    """Length of the right clavicle, m."""
-    l_r2: SupportsFloat
-    """Length of the right upper arm, m."""
-    l_r3: SupportsFloat
-    """Length of the right forearm up to the hand point, m."""
-    beta: SupportsFloat
-    """Angle of the arm bases, rad; the paper does not give it."""
-    link_radius: SupportsFloat
-    """Radius of the collision capsules, m; 0 for bones without thickness."""
-    rail_lower: SupportsFloat
-    """Lower position limit of the rail, m."""
-    rail_upper: SupportsFloat
-    """Upper position limit of the rail, m."""
-    rail_velocity: SupportsFloat
-    """Velocity limit of the rail, m/s."""
-    rail_acceleration: SupportsFloat
-    """Acceleration limit of the rail, m/s^2."""
-    rail_effort: SupportsFloat
-    """Force limit of the rail, N."""
-    waist_yaw_lower: SupportsFloat
-    """Lower position limit of the waist's yaw, rad."""
-    waist_yaw_upper: SupportsFloat
-    """Upper position limit of the waist's yaw, rad."""
-    waist_pitch_lower: SupportsFloat
-    """Lower position limit of the waist's pitch, rad."""
-    waist_pitch_upper: SupportsFloat
-    """Upper position limit of the waist's pitch, rad."""
-    spine_pitch_lower: SupportsFloat
-    """Lower position limit of the spine's pitch, rad."""
-    spine_pitch_upper: SupportsFloat
-    """Upper position limit of the spine's pitch, rad."""
-    shoulder_roll_lower: SupportsFloat
-    """Lower position limit of the shoulders' roll, rad."""
-    shoulder_roll_upper: SupportsFloat
-    """Upper position limit of the shoulders' roll, rad."""
-    shoulder_pitch_lower: SupportsFloat
-    """Lower position limit of the shoulders' pitch, rad."""
-    shoulder_pitch_upper: SupportsFloat
-    """Upper position limit of the shoulders' pitch, rad."""
-    upper_arm_roll_lower: SupportsFloat
-    """Lower position limit of the upper arms' roll, rad."""
-    upper_arm_roll_upper: SupportsFloat
-    """Upper position limit of the upper arms' roll, rad."""
-    elbow_lower: SupportsFloat
-    """Lower position limit of the elbows, rad."""
-    elbow_upper: SupportsFloat
-    """Upper position limit of the elbows, rad."""
-    revolute_velocity: SupportsFloat
-    """Velocity limit of all revolute joints, rad/s."""
-    revolute_acceleration: SupportsFloat
-    """Acceleration limit of all revolute joints, rad/s^2."""
-    revolute_effort: SupportsFloat
-    """Torque limit of all revolute joints, N m."""
-    density: SupportsFloat
-    """Density of the links, kg/m^3."""
+    srdf: str | Path
+    """SRDF text or its path."""
+    packages: Sequence[str | Path]
+    """Folders of ROS packages, or folders that hold them."""
+    package: str
+    """A Python package whose models the URDF is one of."""
+    name: str
+    """What the robot is called."""
+    xacro: Mapping[str, object]
+    """Arguments of the xacro."""
+    hands: Sequence[Hand] | Mapping[str, Any]
+    """The hands; or by name their frames, or mappings as in a robot file."""
+    joints: Sequence[str]
+    """The joints that move."""
+    locked: Mapping[str, float]
+    """Where joints stand that do not move, m or rad."""
+    locked_joints: Sequence[str]
+    """Joints that do not move."""
+    continuous_joints_within: tuple[float, float]
+    """Joints without end are kept within this, rad."""
+    limits: Mapping[str, Mapping[str, float]]
+    """`lower`, `upper`, `velocity`, `acceleration`, `jerk` by joint; m, rad, s."""
+    acceleration_time: float
+    """Joints without a limit of acceleration reach their speed limit in this time, s."""
+    postures: Mapping[str, Mapping[str, float]]
+    """Positions of joints by the names of postures, m and rad."""
+    initial: object
+    """A posture's name, positions by joint, or all positions (n,); m and rad."""
+    base: pin.SE3 | Mapping[str, Any]
+    """Where the root of the URDF stands: `xyz` in m and `rpy` in rad."""
+    pairs: Mapping[str, Any]
+    """Pairs of links that are left out, or kept nearer than others."""
+    decomposed: Sequence[str]
+    """Links whose meshes are cut into convex pieces."""
 
 
-def xacro_arguments(path: Path | None = None) -> dict[str, str]:
-    """Return the arguments that a xacro file declares, with their defaults as written there.
+@overload
+def load_robot(**arguments: Unpack[RobotArguments]) -> Robot: ...
+
+
+@overload
+def load_robot(source: str | Path, **arguments: Unpack[FileArguments]) -> Robot: ...
+
+
+def load_robot(source: str | Path | None = None, **arguments: Any) -> Robot:
+    """Return a robot: the paper's without a source, else any other.
+
+    Of another robot the files say what they say; hands, joints to lock, a free start, convex bodies for its meshes and
+    pairs that need no checks are found by themselves unless they are given. `print(robot.report())` shows all of it.
 
     Args:
-        path: xacro file; `robots/humanoid_rail.urdf.xacro` if not given.
-    """
-    root = ElementTree.parse(path or resource("robots", XACRO)).getroot()
-    return {arg.attrib["name"]: arg.attrib["default"] for arg in root.iter(f"{_XACRO_TAG}arg")}
-
-
-def _shows_arguments(function: _F) -> _F:
-    """Give a function that takes :class:`RobotArguments` a signature that names them with their defaults."""
-    names = {"pi": math.pi, "radians": math.radians}
-    parameters = [
-        Parameter(name, Parameter.KEYWORD_ONLY, default=float(eval(text.strip("${}"), {"__builtins__": {}}, names)))
-        for name, text in xacro_arguments().items()
-    ]
-    signature = Signature(parameters, return_annotation=function.__annotations__["return"])
-    function.__signature__ = signature  # type: ignore[attr-defined]
-    return function
-
-
-@_shows_arguments
-def load_robot(**arguments: Unpack[RobotArguments]) -> Robot:
-    """Return the paper's robot: two arms of 4 joints on a torso of 3, on a rail.
-
-    Args:
-        **arguments: Link lengths `l_*` (m), `beta` (rad), `link_radius` (m), limits `*_lower`, `*_upper`, `*_velocity`,
-            `*_acceleration`, `*_effort` (m, rad, s, N, N m) and `density` (kg/m^3), all by keyword, for example
-            ``link_radius=0.0``. The signature names them with their defaults; :class:`RobotArguments` describes each.
+        source: A URDF or xacro: its path or text. A robot file, or a folder with a `robot.yaml`. A name: one of
+            `robots/` such as `"panda"`, `PACKAGE:ROBOT` for a model of an installed Python package such as
+            `"example-robot-data:baxter"`, or `NAME_description` of `robot_descriptions`.
+        **arguments: With a source the fields of a robot file, which they replace: :class:`FileArguments` and
+            docs/robots.md describe them. Without, the arguments of the paper's robot: link lengths `l_*` (m), `beta`
+            (rad), `link_radius` (m), limits `*_lower`, `*_upper`, `*_velocity`, `*_acceleration`, `*_effort` (m, rad,
+            s, N, N m) and `density` (kg/m^3), for example ``link_radius=0.0``.
 
     Raises:
-        InvalidInput: If an argument is unknown or its value is not valid.
+        InvalidInput: If there is no such robot, an argument is unknown or its value is not valid, or something of the
+            robot cannot be read: nothing is left out in silence.
     """
-    return paper_robot(build_urdf(**arguments))
+    if source is None or source == PAPER:
+        if wrong := [name for name in arguments if name in RobotFile.model_fields]:
+            raise InvalidInput(wrong[0], arguments[wrong[0]], f"beside the source of a robot; {PAPER} has its own")
+        return paper_robot(build_urdf(**arguments))
+    for name in arguments:
+        if name not in RobotFile.model_fields or name == "urdf":
+            known = [field for field in RobotFile.model_fields if field != "urdf"]
+            valid = f"an argument of a robot file{did_you_mean(name, known)}: {', '.join(known)}"
+            if name in xacro_arguments():
+                valid = f"without a source: it is an argument of the paper's robot. {valid}"
+            raise InvalidInput(name, arguments[name], valid)
+    given = {name: _plain(name, value) for name, value in arguments.items()}
+    if (path := _robot_file(source)) is not None:
+        file = read_robot_file(path)
+        return robot_of(_with(file, given), (path if path.is_dir() else path.parent).absolute())
+    if not isinstance(source, str | Path):
+        raise InvalidInput("source", source, "a path, the text of a URDF, or the name of a robot")
+    return robot_of(_with(RobotFile(urdf=str(source)), given), Path.cwd())
 
 
-@_shows_arguments
-def build_urdf(**arguments: Unpack[RobotArguments]) -> str:
-    """Return the URDF of the paper's robot as text.
-
-    Args:
-        **arguments: Those of :func:`load_robot`.
-
-    Raises:
-        InvalidInput: If an argument is unknown or its value cannot be built.
-    """
-    # Imported here: a robot that is read from a URDF needs no xacro.
-    import xacro
-
-    path = resource("robots", XACRO)
-    known = xacro_arguments(path)
-    values = {name: _number(name, value, known) for name, value in arguments.items()}
-    # Not process_file, which writes the path of this installation into the URDF.
-    document = xacro.parse(None, str(path))
-    xacro.process_doc(document, mappings={name: repr(value) for name, value in values.items()})
-    urdf: str = document.toprettyxml(indent="  ")
-    _check_limits(urdf)
-    return urdf
+def robots() -> tuple[str, ...]:
+    """Return the names of the robots that come with the package."""
+    home = resource("robots", "humanoid_rail.urdf.xacro").parent
+    return (PAPER, *sorted(path.parent.name for path in home.glob(f"*/{NAME}")))
 
 
-def paper_robot(urdf: str) -> Robot:
-    """Return the paper's robot from its URDF text, as :func:`humanoid_rail.build_urdf` makes it.
-
-    Raises:
-        InvalidInput: If the text is no URDF, or not one of this robot.
-    """
-    return robot_from_urdf(
-        urdf,
-        resource("robots", SRDF).read_text(encoding="utf-8"),
-        hands=[Hand(side, f"{side}_hand", tuple(f"{side}_{j}" for j in ARM_JOINTS)) for side in ("left", "right")],
-        initial=INITIAL,
-    )
+def _robot_file(source: object) -> Path | None:
+    """Return the robot file, or the folder of one, that a source means; None if it means something else."""
+    if isinstance(source, str) and source in robots():
+        return resource("robots", f"{source}/{NAME}")
+    if not isinstance(source, Path) and (not isinstance(source, str) or "<" in source):
+        return None
+    path = Path(source)
+    if path.suffix in FILES:
+        return path
+    return path if path.is_dir() and (path / NAME).is_file() else None
 
 
-def _number(name: str, value: object, known: dict[str, str]) -> float:
-    """Return the value of a xacro argument, checked."""
-    if name not in known:
-        raise InvalidInput(
-            name, value, f"one of the xacro arguments {', '.join(sorted(known))}{did_you_mean(name, known)}"
-        )
-    if name == "link_radius":
-        return checked_number(name, value, least=0.0, most=FARTHEST)
-    if name.startswith("l_"):
-        return checked_number(name, value, least=SMALLEST, most=FARTHEST)
-    if name.endswith(("_velocity", "_acceleration", "_effort")) or name == "density":
-        return checked_number(name, value, least=SMALLEST, most=LARGEST)
-    return checked_number(name, value, least=-FARTHEST, most=FARTHEST)
+def _with(file: RobotFile, given: Mapping[str, object]) -> RobotFile:
+    data = {name: getattr(file, name) for name in file.model_fields_set}
+    return make_robot_file({**data, **given})
 
 
-def _check_limits(urdf: str) -> None:
-    for joint in ElementTree.fromstring(urdf).findall("joint"):
-        limit = joint.find("limit")
-        if limit is None:
-            continue
-        lower, upper = float(limit.attrib["lower"]), float(limit.attrib["upper"])
-        if lower >= upper:
-            raise InvalidInput(
-                f"limits of joint {joint.attrib['name']}", (lower, upper), "a lower limit below the upper"
-            )
+def _plain(name: str, value: Any) -> object:
+    """Return an argument as a robot file has it."""
+    match name, value:
+        case "hands", Mapping():
+            return {hand: {"frame": entry} if isinstance(entry, str) else entry for hand, entry in value.items()}
+        case "hands", _ if isinstance(value, Sequence) and all(isinstance(hand, Hand) for hand in value):
+            return {hand.name: {"frame": hand.frame, "arm": hand.arm, "pointing": hand.pointing} for hand in value}
+        case "base", pin.SE3():
+            return {"xyz": value.translation.tolist(), "rpy": pin.rpy.matrixToRpy(value.rotation).tolist()}
+        case "packages", str() | Path():
+            return (str(value),)
+        case "packages", _ if isinstance(value, Sequence):
+            return tuple(str(Path(place).absolute()) for place in value)
+        case "srdf", Path():
+            return str(value)
+        case _ if isinstance(value, np.ndarray):
+            return value.tolist()
+    return value
+
+
+load_robot.__signature__ = Signature(  # type: ignore[attr-defined]
+    [
+        Parameter("source", Parameter.POSITIONAL_OR_KEYWORD, default=None),
+        *(Parameter(name, Parameter.KEYWORD_ONLY, default=None) for name in FileArguments.__annotations__),
+        *argument_parameters(),
+    ],
+    return_annotation="Robot",
+)

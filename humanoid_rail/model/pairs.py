@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import combinations
 from xml.etree import ElementTree
@@ -46,22 +46,20 @@ NOT_AMONG = "not among the robot's self_collision_pairs"
 """This is said of pairs of which nothing else is known."""
 
 
-def choose_pairs(model: pin.Model, collision_model: pin.GeometryModel, srdf: str | None, q: Array) -> Pairs:
-    """Return which pairs of bodies of different links are checked: all but those that an SRDF disables.
+def choose_pairs(
+    model: pin.Model, collision_model: pin.GeometryModel, disabled: Mapping[frozenset[str], str], q: Array
+) -> Pairs:
+    """Return which pairs of bodies of different links are checked: all but those that are disabled.
 
-    Of those that it disables, neighbours that can meet away from the joint between them are checked there: their far
+    Of these, neighbours that can meet away from the joint between them are checked there: their far
     parts are added to the collision model (:mod:`humanoid_rail.model.far_parts`).
 
     Args:
         model: All joints with their limits.
         collision_model: The bodies. Far parts are added at its end.
-        srdf: SRDF text, if any.
+        disabled: Pairs of links that need not be checked, with the reason.
         q: Configuration (model.nq,) of all joints where the robot starts.
-
-    Raises:
-        InvalidInput: If the text is no SRDF, or names a link that the robot does not have.
     """
-    disabled = _disabled(model, srdf)
     # Copies: those in the model move in memory where it grows.
     bodies = [body.copy() for body in collision_model.geometryObjects]
     links = [model.frames[body.parentFrame].name for body in bodies]
@@ -69,13 +67,14 @@ def choose_pairs(model: pin.Model, collision_model: pin.GeometryModel, srdf: str
     for (i, a), (j, b) in combinations(enumerate(links), 2):
         if a == b:  # bodies of one link are one body
             continue
-        if frozenset((a, b)) not in disabled:
+        reason = disabled.get(frozenset((a, b)))
+        if reason is None:
             checked.append((i, j))
             continue
         added, why = _far_pair(model, bodies[i], bodies[j], q)
         if added:
             parts.append((collision_model.addGeometryObject(added[0]), collision_model.addGeometryObject(added[1])))
-        left_out.append(UncheckedPair(a, b, f"{DISABLED}; {why}"))
+        left_out.append(UncheckedPair(a, b, reason if why == reason else f"{reason}; {why}"))
     return Pairs((*checked, *parts), tuple(left_out))
 
 
@@ -96,7 +95,16 @@ def _far_pair(
     return (parts.first, parts.second), f"checked only {beyond}"
 
 
-def _disabled(model: pin.Model, srdf: str | None) -> set[frozenset[str]]:
+def disabled_pairs(model: pin.Model, srdf: str | None) -> dict[frozenset[str], str]:
+    """Return the pairs of links that an SRDF disables, with the reason.
+
+    Args:
+        model: All joints.
+        srdf: SRDF text, if any.
+
+    Raises:
+        InvalidInput: If the text is no SRDF, or names a link that the robot does not have.
+    """
     try:
         pairs = ElementTree.fromstring(srdf).findall("disable_collisions") if srdf else []
         disabled = {frozenset((pair.attrib["link1"], pair.attrib["link2"])) for pair in pairs}
@@ -105,7 +113,7 @@ def _disabled(model: pin.Model, srdf: str | None) -> set[frozenset[str]]:
     for link in frozenset().union(*disabled):
         if not model.existFrame(link):
             raise InvalidInput("srdf.disable_collisions", link, "a link of the URDF")
-    return disabled
+    return dict.fromkeys(disabled, DISABLED)
 
 
 def unchecked_pairs(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -12,15 +11,11 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from humanoid_rail._arrays import Array, FrozenArrays, checked_array, frozen
-from humanoid_rail.errors import MISSING, InvalidInput
+from humanoid_rail._arrays import Array, FrozenArrays, frozen
+from humanoid_rail.errors import InvalidInput
 from humanoid_rail.model.arm_reach import arm_reach
-from humanoid_rail.model.collision_bodies import collision_bodies
-from humanoid_rail.model.followers import folded_limits
-from humanoid_rail.model.pairs import UncheckedPair, choose_pairs, links_without_body, unchecked_pairs
-from humanoid_rail.model.urdf import Urdf, read_urdf
-from humanoid_rail.model.urdf_elements import read_text
-from humanoid_rail.model.urdf_joint import Mimic
+from humanoid_rail.model.pairs import UncheckedPair, links_without_body, unchecked_pairs
+from humanoid_rail.model.urdf import read_urdf
 
 
 @dataclass(frozen=True)
@@ -164,134 +159,3 @@ def check_joint_names(robot: Robot, names: Sequence[str]) -> None:
     """
     if tuple(names) != robot.joint_names:
         raise InvalidInput("trajectory.joint_names", names, f"those of the robot: {', '.join(robot.joint_names)}")
-
-
-def robot_from_urdf(
-    urdf: str | Path, srdf: str | Path | None, hands: Sequence[Hand], initial: ArrayLike | None = None
-) -> Robot:
-    """Return a robot from a URDF of version 1.0 to 1.2.
-
-    It is read strictly: every `<collision>` becomes a body of the size that is written, or the URDF is refused. A
-    revolute joint that can turn by more than 2 pi from 0 is warned of, as its limits may be in degrees.
-
-    Args:
-        urdf: URDF text, or the path of a file. `<mimic>` joints become rows of the linear coupling.
-        srdf: SRDF text, or the path of a file, naming the pairs of links that need not be checked against each other,
-            if any.
-        hands: The points that are given targets.
-        initial: Configuration (n,) in m and rad; the middle of the position limits if not given.
-
-    Raises:
-        InvalidInput: If the URDF cannot be read as a whole, a joint has no Euclidean configuration (continuous,
-            floating), a hand names a frame or a joint that the URDF does not have or points nowhere, arms overlap or
-            have fewer than three joints, there are no collision bodies or one is a mesh, the SRDF is none, a passive
-            joint cannot keep its limits wherever its leader is, or `initial` has the wrong size.
-    """
-    text = read_text("urdf", urdf)
-    described = read_urdf(text)
-    model, joints = _model(described), described.joints
-    mimics = {name: mimic for name in list(model.names)[1:] if (mimic := joints[name].mimic) is not None}
-    joint_names = tuple(name for name in list(model.names)[1:] if name not in mimics)
-    coupling, offset = _linear_coupling(model, joint_names, mimics)
-    collision_model = collision_bodies(model, described)
-    _check_hands(model, joint_names, hands)
-
-    limits = folded_limits(model, described, joint_names, coupling, offset)
-    middle, n = (limits.lower + limits.upper) / 2, len(joint_names)
-    valid = f"a finite number for each of the {n} actuated joints"
-    start = checked_array("initial", middle if initial is None else initial, (n,), valid)
-    pairs = choose_pairs(model, collision_model, read_text("srdf", srdf) if srdf else None, coupling @ start + offset)
-    _warn_of_degrees(described, joint_names)
-    return Robot(
-        name=model.name,
-        urdf=text,
-        model=model,
-        collision_model=collision_model,
-        coupling=frozen(coupling),
-        offset=frozen(offset),
-        joint_names=joint_names,
-        lower=frozen(limits.lower),
-        upper=frozen(limits.upper),
-        velocity_limit=frozen(limits.velocity),
-        acceleration_limit=frozen(limits.acceleration),
-        jerk_limit=frozen(limits.jerk),
-        hands=tuple(hands),
-        initial=frozen(start),
-        self_collision_pairs=pairs.checked,
-        left_out=pairs.left_out,
-    )
-
-
-def _model(urdf: Urdf) -> pin.Model:
-    try:
-        model = pin.buildModelFromXML(urdf.text)
-    except (ValueError, RuntimeError) as error:
-        raise InvalidInput("urdf", urdf.text, f"a URDF that Pinocchio reads ({error})") from error
-    for name, joint in zip(list(model.names)[1:], list(model.joints)[1:], strict=True):
-        if (joint.nq, joint.nv) != (1, 1):
-            raise InvalidInput(f"joint {name}", joint.shortname(), "revolute with limits, or prismatic")
-    return model
-
-
-def _warn_of_degrees(urdf: Urdf, joint_names: Sequence[str]) -> None:
-    """Warn of actuated joints that can turn so far that their limits may be in degrees."""
-    for name in joint_names:
-        limit = urdf.joints[name].limit
-        if limit is not None and urdf.joints[name].kind == "revolute":
-            farthest = max(-limit.lower, limit.upper)
-            if farthest > 2 * np.pi + 1e-6:
-                turns = f"joint {name} turns from {limit.lower:g} to {limit.upper:g} rad"
-                warnings.warn(f"{turns}, more than once around: limits of a URDF are in rad, not degrees", stacklevel=3)
-
-
-def _linear_coupling(model: pin.Model, joint_names: Sequence[str], mimics: Mapping[str, Mimic]) -> tuple[Array, Array]:
-    """Return S and s0 of q_full = S q + s0; a joint that mimics a mimic follows its leader's leaders."""
-    coupling, offset = np.zeros((model.nv, len(joint_names))), np.zeros(model.nq)
-
-    def row(name: str) -> tuple[Array, float]:
-        if name not in mimics:
-            return np.eye(len(joint_names))[joint_names.index(name)], 0.0
-        mimic = mimics[name]
-        leader, constant = row(mimic.joint)
-        return mimic.multiplier * leader, mimic.multiplier * constant + mimic.offset
-
-    for joint_id, name in enumerate(list(model.names)[1:], start=1):
-        joint = model.joints[joint_id]
-        coupling[joint.idx_v], offset[joint.idx_q] = row(name)
-    return coupling, offset
-
-
-def _check_hands(model: pin.Model, joint_names: Sequence[str], hands: Sequence[Hand]) -> None:
-    if not isinstance(hands, Sequence) or not all(isinstance(hand, Hand) for hand in hands):
-        raise InvalidInput("hands", hands, "a list of Hand")
-    if not hands:
-        raise InvalidInput("hands", MISSING, "at least one hand")
-    for hand in hands:
-        _check_hand(model, joint_names, hand)
-    arms = [joint for hand in hands for joint in hand.arm]
-    names = [hand.name for hand in hands]
-    if len(set(names)) < len(names):
-        raise InvalidInput("hands", names, "hands whose names differ")
-    for hand in hands:
-        for joint in hand.arm:
-            if arms.count(joint) > 1:
-                raise InvalidInput(f"hands.{hand.name}.arm", joint, "each joint in one arm, once")
-
-
-def _check_hand(model: pin.Model, joint_names: Sequence[str], hand: Hand) -> None:
-    if not isinstance(hand.name, str) or not hand.name:
-        raise InvalidInput("hands.name", hand.name, "a name")
-    where = f"hands.{hand.name}"
-    # A link and a joint may have the same name; a frame that is meant has to be the only one.
-    if not isinstance(hand.frame, str) or sum(frame.name == hand.frame for frame in model.frames) != 1:
-        raise InvalidInput(f"{where}.frame", hand.frame, "a frame of the URDF, with a name of its own")
-    if not isinstance(hand.arm, tuple | list) or len(hand.arm) < 3:
-        raise InvalidInput(f"{where}.arm", hand.arm, "three joints or more: with fewer, eq. 3.4 is 0")
-    for joint in hand.arm:
-        if joint not in joint_names:
-            raise InvalidInput(f"{where}.arm", joint, f"actuated joints: {', '.join(joint_names)}")
-    if hand.pointing is None:
-        return
-    valid = "a direction (3,) of finite numbers, not of length 0"
-    if not np.linalg.norm(checked_array(f"{where}.pointing", hand.pointing, (3,), valid)) > 0:
-        raise InvalidInput(f"{where}.pointing", hand.pointing, valid)

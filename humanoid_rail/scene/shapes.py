@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from humanoid_rail._arrays import Array
+from humanoid_rail.geometry.convex_shape import convex_shape
 from humanoid_rail.scene.obstacles import Box, Capsule, HalfSpace, Mesh, Obstacle, Sphere
 
 
@@ -35,7 +36,7 @@ def placed_shapes(obstacle: Obstacle) -> list[PlacedShape]:
             return [PlacedShape(half_space, coal.Transform3s())]
         case Mesh():
             placement = _placement(obstacle.center, obstacle.rpy)
-            return [PlacedShape(_convex(vertices), placement) for vertices in obstacle.pieces]
+            return [PlacedShape(convex_shape(vertices), placement) for vertices in obstacle.pieces]
 
 
 def support(placed: PlacedShape, direction: Array) -> float:
@@ -70,12 +71,6 @@ def _placement(
     center: tuple[float, float, float], rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
 ) -> coal.Transform3s:
     return coal.Transform3s(pin.rpy.rpyToMatrix(*rpy), np.array(center))
-
-
-def _convex(vertices: Array) -> coal.ConvexBase:
-    points = coal.StdVec_Vec3s()
-    points.extend(list(vertices))
-    return coal.ConvexBase.convexHull(points, True, "Qt")
 
 
 def _settle_boxes() -> None:

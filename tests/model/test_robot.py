@@ -28,7 +28,9 @@ from humanoid_rail import (
     load_robot,
     robot_from_urdf,
 )
-from humanoid_rail.model.library import RobotArguments, xacro_arguments
+from humanoid_rail.model.humanoid import RobotArguments, xacro_arguments
+from humanoid_rail.model.library import FileArguments
+from humanoid_rail.model.robot_file import RobotFile
 from humanoid_rail.paper import dh_table as dh
 
 LENGTHS = ("l_t1", "l_t2", "l_t3", "l_l1", "l_l2", "l_l3", "l_r1", "l_r2", "l_r3", "beta")
@@ -288,6 +290,11 @@ def test_files_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
 def test_arguments_are_shown(function: Callable[..., object]) -> None:
     """Those that the xacro file declares, with its defaults; each is described."""
     shown = {name: parameter.default for name, parameter in inspect.signature(function).parameters.items()}
+    if function is load_robot:
+        of_files = {"source", *FileArguments.__annotations__}
+        assert of_files <= shown.keys()
+        assert {*FileArguments.__annotations__} == {*RobotFile.model_fields} - {"urdf"}
+        shown = {name: default for name, default in shown.items() if name not in of_files}
     assert shown.keys() == xacro_arguments().keys() == RobotArguments.__annotations__.keys()
     assert build_urdf(**shown) == build_urdf()
     described = inspect.getsource(RobotArguments)

@@ -7,7 +7,7 @@ from math import cos, pi, sin
 import numpy as np
 import pytest
 
-from humanoid_rail.model.library import INITIAL
+from humanoid_rail.model.humanoid import INITIAL
 from humanoid_rail.paper import dh_table as dh
 
 

@@ -14,7 +14,7 @@ from pages import commands
 
 from humanoid_rail import Robot, Scene, build_urdf
 from humanoid_rail.geometry.mesh_names import find_mesh
-from humanoid_rail.model.library import paper_robot
+from humanoid_rail.model.humanoid import paper_robot
 from humanoid_rail.viewer.forms import Group
 from humanoid_rail.viewer.playback import playback_html
 from humanoid_rail.viewer.visual_meshes import draw_visuals

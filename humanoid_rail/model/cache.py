@@ -1,0 +1,52 @@
+"""What was found out about robots, kept on disk."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Iterable
+from contextlib import suppress
+from pathlib import Path
+from tempfile import NamedTemporaryFile
+from typing import Any
+
+VERSION = 1
+"""Of what is kept; what another version of the package has kept is not read."""
+
+
+def key_of(texts: Iterable[str], files: Iterable[Path]) -> str:
+    """Return a name for what texts and the content of files say together."""
+    digest = hashlib.sha256(str(VERSION).encode())
+    for text in texts:
+        digest.update(f"{len(text)} ".encode() + text.encode())
+    for file in files:
+        content = file.read_bytes()
+        digest.update(f"{len(content)} ".encode() + content)
+    return digest.hexdigest()
+
+
+def kept(key: str) -> dict[str, Any] | None:
+    """Return what is kept by a name; None if nothing is, or it is damaged."""
+    try:
+        found = json.loads(_file(key).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return found if isinstance(found, dict) else None
+
+
+def keep(key: str, data: dict[str, Any]) -> None:
+    """Keep data by a name, in the user's cache folder. Without one everything works, and takes longer."""
+    file = _file(key)
+    with suppress(OSError):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with NamedTemporaryFile(
+            "w", dir=file.parent, suffix=".unfinished", delete=False, encoding="utf-8"
+        ) as unfinished:
+            json.dump(data, unfinished)
+        Path(unfinished.name).replace(file)
+
+
+def _file(key: str) -> Path:
+    folder = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    return folder / "humanoid_rail" / "robots" / f"{key}.json"
