@@ -146,6 +146,13 @@ class Robot(FrozenArrays):
             raise InvalidInput("hand", name, f"one of {', '.join(self.hand_names)}")
         return self.hand_names.index(name)
 
+    def report(self) -> str:
+        """Return a text about the robot: hands, joints and limits, bodies, pairs, and what was found or assumed."""
+        # Imported here: it is about robots.
+        from humanoid_rail.model.report import report_of
+
+        return report_of(self)
+
     def arm_columns(self, hand: Hand) -> list[int]:
         """Return the indices in q of the joints of a hand's arm."""
         return [self.joint_names.index(name) for name in hand.arm]
