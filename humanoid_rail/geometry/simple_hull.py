@@ -20,8 +20,9 @@ from humanoid_rail.geometry.solids import size_of
 
 FEW = 64
 """A hull of no more vertices than this is taken as it is."""
-MOST_VERTICES = 250
-"""No hull has more, whatever its swelling: coal takes no vertex of 255 neighbours or more."""
+MOST_VERTICES = 500
+"""No hull has more, whatever its swelling. None that is made for 2 mm has a vertex of 255 neighbours, which coal does
+not take: a disc of 1 m radius needs 50 corners."""
 AT_ONCE = 6
 """One of so many vertices gets a neighbour before all are moved again."""
 PLANES = 64
@@ -48,10 +49,9 @@ class _Hull:
 
     def __init__(self, points: Array) -> None:
         planes = ConvexHull(points).equations
-        _, first = np.unique(np.round(planes, 9), axis=0, return_index=True)
+        _, first = np.unique(np.round(planes, 11), axis=0, return_index=True)
         self.normals: Array = np.ascontiguousarray(planes[np.sort(first), :3])
-        # Exactly around all points, whichever plane of a face was taken.
-        self.offsets: Array = (points @ self.normals.T).max(axis=0)
+        self.offsets: Array = np.ascontiguousarray(-planes[np.sort(first), 3])
 
     def distances(self, points: Array, inside: Array) -> Array:
         """Return how far points (k, 3) are outside, given others (k, 3) that are inside: no more than to these."""
