@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -33,8 +33,9 @@ class Hand:
     """Frame of the model whose origin is the point."""
     arm: tuple[str, ...]
     """Actuated joints of its arm: the columns of its block in J_arms of eq. 3.4."""
-    pointing: tuple[float, float, float] = (1.0, 0.0, 0.0)
-    """The direction in the frame in which the hand points, of any length; what `approach` of a pose is about."""
+    pointing: tuple[float, float, float] | None = (1.0, 0.0, 0.0)
+    """The direction in the frame in which the hand points, of any length; what `approach` of a pose is about. None if
+    it points nowhere: then no target can ask for a direction."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -79,6 +80,17 @@ class Robot(FrozenArrays):
     """Pairs of collision bodies that may collide, by index in collision_model."""
     left_out: tuple[UncheckedPair, ...] = ()
     """Pairs that were left out of these when the robot was loaded, each with the reason."""
+    pair_distances: Mapping[tuple[int, int], float] = field(default_factory=dict)
+    """Pairs that are always near each other: how far apart they are kept, m, where that is less than the safety
+    distance."""
+    meshes: Mapping[str, Path] = field(default_factory=dict)
+    """The files of the meshes that the URDF names, by the names that it has for them."""
+    postures: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    """Configurations with a name, which scenes can start at: (n,), m and rad."""
+    locked: Mapping[str, float] = field(default_factory=dict)
+    """Joints of the original URDF that do not move here, and where they stand, m or rad."""
+    assumed: tuple[str, ...] = ()
+    """What was not given and was found or assumed when the robot was loaded, in sentences."""
 
     def __repr__(self) -> str:
         return f"Robot({self.name!r}, {self.n} actuated joints, {self.collision_model.ngeoms} collision bodies)"
@@ -269,15 +281,17 @@ def _check_hands(model: pin.Model, joint_names: Sequence[str], hands: Sequence[H
 def _check_hand(model: pin.Model, joint_names: Sequence[str], hand: Hand) -> None:
     if not isinstance(hand.name, str) or not hand.name:
         raise InvalidInput("hands.name", hand.name, "a name")
-    field = f"hands.{hand.name}"
+    where = f"hands.{hand.name}"
     # A link and a joint may have the same name; a frame that is meant has to be the only one.
     if not isinstance(hand.frame, str) or sum(frame.name == hand.frame for frame in model.frames) != 1:
-        raise InvalidInput(f"{field}.frame", hand.frame, "a frame of the URDF, with a name of its own")
+        raise InvalidInput(f"{where}.frame", hand.frame, "a frame of the URDF, with a name of its own")
     if not isinstance(hand.arm, tuple | list) or len(hand.arm) < 3:
-        raise InvalidInput(f"{field}.arm", hand.arm, "three joints or more: with fewer, eq. 3.4 is 0")
+        raise InvalidInput(f"{where}.arm", hand.arm, "three joints or more: with fewer, eq. 3.4 is 0")
     for joint in hand.arm:
         if joint not in joint_names:
-            raise InvalidInput(f"{field}.arm", joint, f"actuated joints: {', '.join(joint_names)}")
+            raise InvalidInput(f"{where}.arm", joint, f"actuated joints: {', '.join(joint_names)}")
+    if hand.pointing is None:
+        return
     valid = "a direction (3,) of finite numbers, not of length 0"
-    if not np.linalg.norm(checked_array(f"{field}.pointing", hand.pointing, (3,), valid)) > 0:
-        raise InvalidInput(f"{field}.pointing", hand.pointing, valid)
+    if not np.linalg.norm(checked_array(f"{where}.pointing", hand.pointing, (3,), valid)) > 0:
+        raise InvalidInput(f"{where}.pointing", hand.pointing, valid)
