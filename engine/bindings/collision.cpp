@@ -67,7 +67,8 @@ void bind_certifier(nb::module_& module) {
 void bind_edge_checker(nb::module_& module) {
   using Guard = Guarded<EdgeChecker>;
   nb::class_<Guard>(module, "EdgeChecker", "Whether a robot keeps its distance at a configuration or on an edge.")
-      .def(nb::init<RobotPointer, const Obstacles&, double>(), "robot"_a, "obstacles"_a, "distance"_a)
+      .def(nb::init<RobotPointer, const Obstacles&, double, double>(), "robot"_a, "obstacles"_a, "distance"_a,
+           "own_share"_a)
       .def(
           "is_valid",
           [](Guard& self, const Eigen::Ref<const Vector>& q) {

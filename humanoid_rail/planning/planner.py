@@ -102,7 +102,7 @@ def _result(
     computed = time.perf_counter()
     certificate = None if why_no_engine() else certify(robot, scene.obstacles, motion.t, motion.q)
     certified = time.perf_counter()
-    status, reason = judged(certificate, method.kept_distance, motion.status, motion.reason)
+    status, reason = judged(certificate, method.kept_distance, motion.status, motion.reason, robot)
     if status is not Status.REACHED:
         reason += _held(robot) + size_hint(robot, method, status)
     verdict = Verdict(
@@ -137,7 +137,7 @@ def _result(
 
 
 def judged(
-    certificate: Certificate | None, kept_distance: float | None, status: Status, reason: str
+    certificate: Certificate | None, kept_distance: float | None, status: Status, reason: str, robot: Robot
 ) -> tuple[Status, str]:
     """Return the status and the reason of a motion, once it is known what is proven of it.
 
@@ -146,6 +146,7 @@ def judged(
         kept_distance: The safety distance that the method keeps, m; None for a method that keeps none.
         status: What became of the targets.
         reason: The status in a sentence.
+        robot: The robot, some of whose links may keep a smaller distance from each other.
     """
     if certificate is None:
         return status, f"{reason}; {UNPROVEN}"
@@ -156,8 +157,12 @@ def judged(
         found = certificate.contact or certificate.reason or unproven
         status, reason = Status.UNCERTIFIED, f"{reason}, but {found}"
     nearest = certificate.clearance_bound
-    if nearest is not None and nearest < kept_distance - bound_resolution() - least_distance():
+    least = min(kept_distance, *robot.pair_distances.values(), np.inf)
+    spare = bound_resolution() + least_distance()
+    if nearest is not None and nearest < least - spare:
         reason += f"; the safety distance of {kept_distance:g} m could not be kept everywhere"
+    elif nearest is not None and nearest < kept_distance - spare:
+        reason += f"; links that are always near each other (pair_distances) may be nearer than {kept_distance:g} m"
     return status, reason
 
 

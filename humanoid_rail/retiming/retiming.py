@@ -133,7 +133,7 @@ def _result(
     """Return a retimed motion as a trajectory, with a verdict of its own."""
     t, certificate = motion.t, motion.certificate
     arrivals = tuple(float(t[end]) for end in motion.ends[: len(trajectory.arrivals)])
-    status, reason = _judged(trajectory, len(scene.steps), arrivals, float(t[-1]), longest, certificate)
+    status, reason = _judged(robot, trajectory, len(scene.steps), arrivals, float(t[-1]), longest, certificate)
     horizon = np.inf if trajectory.method.far_clearances else trajectory.method.epsilon
     course = NativeKinematics(robot, scene.obstacles).along(motion.q, horizon, t)
     fastest = fastest_in_between(motion.velocity, motion.acceleration, dt)
@@ -158,6 +158,7 @@ def _result(
 
 
 def _judged(
+    robot: Robot,
     trajectory: Trajectory,
     steps: int,
     arrivals: Sequence[float],
@@ -169,9 +170,9 @@ def _judged(
     kept = trajectory.method.kept_distance
     if len(arrivals) < steps:
         # What the plan's own verdict says already is not said twice.
-        status, reason = judged(certificate, kept, trajectory.status, trajectory.reason)
+        status, reason = judged(certificate, kept, trajectory.status, trajectory.reason, robot)
         return status, trajectory.reason if reason.removeprefix(trajectory.reason) in trajectory.reason else reason
-    status, reason = judged(certificate, kept, Status.REACHED, arrival(arrivals))
+    status, reason = judged(certificate, kept, Status.REACHED, arrival(arrivals), robot)
     if status is Status.REACHED and end > longest:
         return Status.TIME_LIMIT, f"{reason}, longer than max_time = {told_apart(longest, end)} s"
     return status, reason
