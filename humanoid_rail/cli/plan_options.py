@@ -58,7 +58,11 @@ METHOD_OPTIONS = (
     click.option("--seed", type=int, help="Seed of the random numbers of auto  [0]"),
     click.option("--engine", help=f"Of gradient-projection: {' or '.join(ENGINES)}  [native]"),
     click.option("--epsilon", type=float, help="Activation distance of the obstacle penalty, m  [1.0]"),
-    click.option("--c-mu", type=float, help="Gain of the manipulability's gradient  [1.0]"),
+    click.option(
+        "--c-mu",
+        type=float,
+        help="Gain of the manipulability's gradient  [1.0 for the paper's robot, the same weight for others]",
+    ),
     click.option("--c-kappa", type=float, help="Gain of the obstacle penalty's gradient  [1.0]"),
     click.option("--gain", callback=numbers, help="K in 1/s: a number, or six separated by commas  [1.0]"),
     click.option("--dt", type=float, help="Time between samples, s  [0.01]"),

@@ -132,6 +132,7 @@ def _result(
             evaluations=motion.evaluations,
             planning_time=time.perf_counter() - started,
             certification_time=certified - computed,
+            c_mu=method.gains.c_mu_of(robot),
         ),
     )
 

@@ -292,6 +292,6 @@ def _objective(kinematics: NativeKinematics, gains: Gains, q: Array) -> float:
     """
     there = kinematics.measure(q, gains.epsilon)
     near = there.clearance[np.isfinite(there.clearance)]
-    return gains.c_mu * float(there.manipulability) - gains.c_kappa * float(
+    return gains.c_mu_of(kinematics.robot) * float(there.manipulability) - gains.c_kappa * float(
         penalty(near, gains.epsilon).sum()
     )

@@ -232,24 +232,27 @@ def _not_turned(judge: _Reach, tasks: Sequence[Task], together: float) -> str:
     turned = {hand: some for hand, some in turned.items() if any(map(_turns, some))}
     alone = {hand: judge.excess(some, TURNED, TURN_SEEDS) for hand, some in turned.items()}
     far = [
-        f"the {hand} hand is {_degrees(error, turned[hand])} deg from how it has to be turned"
+        f"the {hand} hand is {_degrees(judge.robot, error, turned[hand])} deg from how it has to be turned"
         for hand, error in alone.items()
         if error
     ]
     if far:
         return f"the targets are in reach, but there {', and '.join(far)}, or more"
-    left = f"{_degrees(together, of_hands)} deg are left, or more"
+    left = f"{_degrees(judge.robot, together, of_hands)} deg are left, or more"
     if len(turned) == 1:
         return f"the {next(iter(turned))} hand can be turned as it has to be, but not with the other tasks done: {left}"
     return f"each hand can be turned as it has to be, but not {'both' if len(turned) == 2 else 'all'} at once: {left}"
 
 
-def _degrees(error: float, tasks: Sequence[PointTask | DirectionTask]) -> str:
+def _degrees(robot: Robot, error: float, tasks: Sequence[PointTask | DirectionTask]) -> str:
     """Return by how much a hand is turned wrongly, or more, if tasks have that error in m.
 
     Turned by an angle, a hand at its target has each of its further points off by 2 lever sin(angle / 2), or less.
     """
-    levers = [task.lever if isinstance(task, DirectionTask) else float(np.linalg.norm(task.offset)) for task in tasks]
+    levers = [
+        task.lever_of(robot) if isinstance(task, DirectionTask) else float(np.linalg.norm(task.offset))
+        for task in tasks
+    ]
     return f"{np.rad2deg(2.0 * np.arcsin(min(1.0, error / (2.0 * float(np.linalg.norm(levers)))))):.2g}"
 
 
