@@ -205,6 +205,9 @@ class Certificate:
     def bound(self) -> float: ...
 
     @property
+    def others_bound(self) -> float: ...
+
+    @property
     def contact(self) -> Contact | None: ...
 
     @property

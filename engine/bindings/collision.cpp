@@ -40,6 +40,7 @@ void bind_certifier(nb::module_& module) {
       .def_ro("min_obstacles", &Certificate::min_obstacles)
       .def_ro("min_links", &Certificate::min_links)
       .def_ro("bound", &Certificate::bound)
+      .def_ro("others_bound", &Certificate::others_bound)
       .def_ro("contact", &Certificate::contact)
       .def_ro("stopped", &Certificate::stopped);
   using Guard = Guarded<Certifier>;

@@ -102,7 +102,7 @@ def _result(
     computed = time.perf_counter()
     certificate = None if why_no_engine() else certify(robot, scene.obstacles, motion.t, motion.q)
     certified = time.perf_counter()
-    status, reason = judged(certificate, method.kept_distance, motion.status, motion.reason, robot)
+    status, reason = judged(certificate, method.kept_distance, motion.status, motion.reason)
     if status is not Status.REACHED:
         reason += _held(robot) + size_hint(robot, method, status)
     verdict = Verdict(
@@ -138,7 +138,7 @@ def _result(
 
 
 def judged(
-    certificate: Certificate | None, kept_distance: float | None, status: Status, reason: str, robot: Robot
+    certificate: Certificate | None, kept_distance: float | None, status: Status, reason: str
 ) -> tuple[Status, str]:
     """Return the status and the reason of a motion, once it is known what is proven of it.
 
@@ -147,7 +147,6 @@ def judged(
         kept_distance: The safety distance that the method keeps, m; None for a method that keeps none.
         status: What became of the targets.
         reason: The status in a sentence.
-        robot: The robot, some of whose links may keep a smaller distance from each other.
     """
     if certificate is None:
         return status, f"{reason}; {UNPROVEN}"
@@ -157,13 +156,12 @@ def judged(
         unproven = f"no clearance larger than {certificate.clearance_bound} m could be proven"
         found = certificate.contact or certificate.reason or unproven
         status, reason = Status.UNCERTIFIED, f"{reason}, but {found}"
-    nearest = certificate.clearance_bound
-    least = min(kept_distance, *robot.pair_distances.values(), np.inf)
     spare = bound_resolution() + least_distance()
-    if nearest is not None and nearest < least - spare:
+    nearest = certificate.kept_bound
+    if nearest is not None and nearest < kept_distance - spare:
         reason += f"; the safety distance of {kept_distance:g} m could not be kept everywhere"
-    elif nearest is not None and nearest < kept_distance - spare:
-        reason += f"; links that are always near each other (pair_distances) may be nearer than {kept_distance:g} m"
+    elif certificate.clearance_bound is not None and certificate.clearance_bound < kept_distance - spare:
+        reason += "; only links with a distance of their own (pair_distances) are nearer than the safety distance"
     return status, reason
 
 

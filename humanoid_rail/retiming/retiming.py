@@ -133,7 +133,7 @@ def _result(
     """Return a retimed motion as a trajectory, with a verdict of its own."""
     t, certificate = motion.t, motion.certificate
     arrivals = tuple(float(t[end]) for end in motion.ends[: len(trajectory.arrivals)])
-    status, reason = _judged(robot, trajectory, len(scene.steps), arrivals, float(t[-1]), longest, certificate)
+    status, reason = _judged(trajectory, len(scene.steps), arrivals, float(t[-1]), longest, certificate)
     horizon = np.inf if trajectory.method.far_clearances else trajectory.method.epsilon
     course = NativeKinematics(robot, scene.obstacles).along(motion.q, horizon, t)
     fastest = fastest_in_between(motion.velocity, motion.acceleration, dt)
@@ -158,7 +158,6 @@ def _result(
 
 
 def _judged(
-    robot: Robot,
     trajectory: Trajectory,
     steps: int,
     arrivals: Sequence[float],
@@ -170,9 +169,9 @@ def _judged(
     kept = trajectory.method.kept_distance
     if len(arrivals) < steps:
         # What the plan's own verdict says already is not said twice.
-        status, reason = judged(certificate, kept, trajectory.status, trajectory.reason, robot)
+        status, reason = judged(certificate, kept, trajectory.status, trajectory.reason)
         return status, trajectory.reason if reason.removeprefix(trajectory.reason) in trajectory.reason else reason
-    status, reason = judged(certificate, kept, Status.REACHED, arrival(arrivals), robot)
+    status, reason = judged(certificate, kept, Status.REACHED, arrival(arrivals))
     if status is Status.REACHED and end > longest:
         return Status.TIME_LIMIT, f"{reason}, longer than max_time = {told_apart(longest, end)} s"
     return status, reason
@@ -235,7 +234,8 @@ def _check_moving(robot: Robot, segments: Sequence[Array], limits: Limits) -> No
 
 def _wanted(trajectory: Trajectory) -> float:
     """Return the bound that a certificate has to come up to, m: the plan's, but no more than it was asked to keep."""
-    bound, asked = trajectory.clearance_bound, trajectory.method.kept_distance
+    certificate, asked = trajectory.certificate, trajectory.method.kept_distance
+    bound = None if certificate is None else certificate.kept_bound
     if bound is None or not trajectory.certified:
         return -np.inf
     return min(bound, np.inf if asked is None else asked) - bound_resolution()
@@ -269,7 +269,7 @@ def _certified_motion(
         began = time.perf_counter()
         certificate = certify(robot, scene.obstacles, t, q, velocity)
         motion = _Timed(t, q, velocity, acceleration, ends, certificate, time.perf_counter() - began)
-        bound = certificate.clearance_bound
+        bound = certificate.kept_bound
         if bound is None:  # there is nothing to touch, or nothing is known
             bound = np.inf if certificate.certified else -np.inf
         if best is None or bound > largest:

@@ -129,5 +129,9 @@ def test_a_motion_from_there_keeps_it_and_says_the_true_bound(
     assert np.delete(apart, pair, axis=1).min() >= 0.01 - 1e-6
     assert found.clearance_bound == pytest.approx(apart.min(), abs=2e-3)
     assert found.clearance_bound <= apart.min()
-    # Nothing is nearer than it has to be, so nothing is said of a distance that was not kept.
+    # Nothing else is nearer than it has to be, and that is proven too.
+    assert found.certificate is not None
+    assert found.certificate.others_bound is not None
+    others = np.delete(apart, pair, axis=1).min()
+    assert others - 2e-3 <= found.certificate.others_bound <= others
     assert "could not be kept" not in found.reason
