@@ -67,7 +67,7 @@ def _evaluations(robot: Robot, scene: Scene, q: Array) -> Works:
     fast, plain = NativeKinematics(robot, scene.obstacles), Kinematics(robot, scene.obstacles)
     assert (plain.along(q).clearance < gains.epsilon).all()
     state_at = fast.state_for_callback
-    stack, converted = native_tasks(robot, tasks, state_at), native_gains(gains, count_rows(tasks), state_at)
+    stack, converted = native_tasks(robot, tasks, state_at), native_gains(robot, gains, count_rows(tasks), state_at)
     bodies, obstacles = native_robot(robot), native_obstacles(scene.obstacles)
     velocity = projected_velocity(fast, tasks, gains)
     works: dict[str, Callable[[], float]] = {
@@ -141,7 +141,7 @@ def measure_obstacles(repeats: int) -> Iterator[Figure | Ratio]:
         obstacles = aisle(count, rng)
         fast = NativeKinematics(robot, obstacles)
         stack = native_tasks(robot, tasks, fast.state_for_callback)
-        gains = native_gains(Gains(), count_rows(tasks), fast.state_for_callback)
+        gains = native_gains(robot, Gains(), count_rows(tasks), fast.state_for_callback)
         works[f"{count} spheres"] = partial(native.velocity_seconds, fast.native, q, stack, gains, 20)
         if count == 1000:
             every_pair = partial(native.library_call_seconds, native_robot(robot), native_obstacles(obstacles), q, 1)

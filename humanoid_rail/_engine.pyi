@@ -27,7 +27,7 @@ PROGRESS: float = 0.01
 class Robot:
     """A robot's model, collision bodies, linear coupling and hands."""
 
-    def __init__(self, model: str, bodies: str, coupling: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')], offset: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], hands: Sequence[tuple[int, Sequence[int]]], self_collision_pairs: Sequence[tuple[int, int]], lower: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], upper: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], velocity_limit: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]) -> None: ...
+    def __init__(self, model: str, bodies: str, coupling: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')], offset: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], hands: Sequence[tuple[int, Sequence[int]]], self_collision_pairs: Sequence[tuple[int, int]], pair_distances: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], lower: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], upper: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], velocity_limit: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]) -> None: ...
 
 class Obstacles:
     """Obstacles, at rest or moving; each call adds one."""
@@ -205,6 +205,9 @@ class Certificate:
     def bound(self) -> float: ...
 
     @property
+    def others_bound(self) -> float: ...
+
+    @property
     def contact(self) -> Contact | None: ...
 
     @property
@@ -221,7 +224,7 @@ class Certifier:
 class EdgeChecker:
     """Whether a robot keeps its distance at a configuration or on an edge."""
 
-    def __init__(self, robot: Robot, obstacles: Obstacles, distance: float) -> None: ...
+    def __init__(self, robot: Robot, obstacles: Obstacles, distance: float, own_share: float) -> None: ...
 
     def is_valid(self, q: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)]) -> bool: ...
 
@@ -258,7 +261,7 @@ class Gains:
 class Safety:
     """Parameters of the constraints of the safe velocity."""
 
-    def __init__(self, *, distance: float, gain: float, horizon: float, target: float, limit_gain: float, task_weight: float, least_rate: float, fastest: float, precision: float, shares: Sequence[float], equality: Callable[..., object] | None = None) -> None: ...
+    def __init__(self, *, distance: float, gain: float, horizon: float, margin_share: float, least_margin: float, limit_gain: float, task_weight: float, least_rate: float, fastest: float, precision: float, shares: Sequence[float], equality: Callable[..., object] | None = None) -> None: ...
 
 class Settings:
     """When a motion ends, and how precisely it is integrated."""

@@ -211,3 +211,5 @@ class Provenance:
     """Time that the certificate took, s."""
     retiming: Retiming | None = None
     """How the motion was retimed; None if it was not."""
+    c_mu: float | None = None
+    """Gain of the manipulability's gradient for all hands together, also where the method leaves it to the robot."""

@@ -213,6 +213,7 @@ class Trajectory:
             "manipulability_final": float(self.manipulability[-1]),
             "scene": self.scene,
             "method": {"name": self.method.name, **self.method.options()},
+            "c_mu": self.provenance.c_mu,
             "engine": self.engine,
             "found_by": self.found_by,
             "path": asdict(self.path),

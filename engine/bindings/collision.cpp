@@ -40,6 +40,7 @@ void bind_certifier(nb::module_& module) {
       .def_ro("min_obstacles", &Certificate::min_obstacles)
       .def_ro("min_links", &Certificate::min_links)
       .def_ro("bound", &Certificate::bound)
+      .def_ro("others_bound", &Certificate::others_bound)
       .def_ro("contact", &Certificate::contact)
       .def_ro("stopped", &Certificate::stopped);
   using Guard = Guarded<Certifier>;
@@ -67,7 +68,8 @@ void bind_certifier(nb::module_& module) {
 void bind_edge_checker(nb::module_& module) {
   using Guard = Guarded<EdgeChecker>;
   nb::class_<Guard>(module, "EdgeChecker", "Whether a robot keeps its distance at a configuration or on an edge.")
-      .def(nb::init<RobotPointer, const Obstacles&, double>(), "robot"_a, "obstacles"_a, "distance"_a)
+      .def(nb::init<RobotPointer, const Obstacles&, double, double>(), "robot"_a, "obstacles"_a, "distance"_a,
+           "own_share"_a)
       .def(
           "is_valid",
           [](Guard& self, const Eigen::Ref<const Vector>& q) {

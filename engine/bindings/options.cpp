@@ -25,19 +25,19 @@ void bind_safety(nb::module_& module) {
   nb::class_<Safety>(module, "Safety", "Parameters of the constraints of the safe velocity.")
       .def(
           "__init__",
-          [](Safety* self, double distance, double gain, double horizon, double target, double limit_gain,
-             double task_weight, double least_rate, double fastest, double precision, std::vector<double> shares,
-             std::optional<nb::callable> equality) {
+          [](Safety* self, double distance, double gain, double horizon, double margin_share, double least_margin,
+             double limit_gain, double task_weight, double least_rate, double fastest, double precision,
+             std::vector<double> shares, std::optional<nb::callable> equality) {
             if (!(distance >= 0.0) || !(gain > 0.0)) throw std::invalid_argument("a distance and a gain are positive");
-            new (self) Safety{distance, gain,      horizon,           target, limit_gain, task_weight, least_rate,
-                              fastest,  precision, std::move(shares), {}};
+            new (self) Safety{distance,    gain,       horizon, margin_share, least_margin,      limit_gain,
+                              task_weight, least_rate, fastest, precision,    std::move(shares), {}};
             if (!equality) return;
             self->equality = [callback = Callback("an equality", std::move(*equality))](const Vector& q, double t) {
               return callback.call<std::pair<Matrix, Vector>>(q, t);
             };
           },
-          nb::kw_only(), "distance"_a, "gain"_a, "horizon"_a, "target"_a, "limit_gain"_a, "task_weight"_a,
-          "least_rate"_a, "fastest"_a, "precision"_a, "shares"_a, "equality"_a = nb::none());
+          nb::kw_only(), "distance"_a, "gain"_a, "horizon"_a, "margin_share"_a, "least_margin"_a, "limit_gain"_a,
+          "task_weight"_a, "least_rate"_a, "fastest"_a, "precision"_a, "shares"_a, "equality"_a = nb::none());
 }
 
 void bind_settings(nb::module_& module) {

@@ -29,13 +29,22 @@ class Certifier::Search {
     } catch (const BudgetUsedUp&) {
       result_.stopped = motion_.time(first_);
     }
-    result_.bound = std::min({result_.bound, result_.min_obstacles, result_.min_links}) - margin_;
+    for (const Followed* kind : {&links_, &own_}) result_.min_links = std::min(result_.min_links, kind->least);
+    result_.min_obstacles = obstacles_.least;
+    result_.others_bound = std::min({obstacles_.lowest(), links_.lowest()}) - margin_;
+    result_.bound = std::min(result_.others_bound, own_.lowest() - margin_);
     result_.certified = !result_.contact && !result_.stopped && result_.bound > 0.0;
     return result_;
   }
 
  private:
   struct BudgetUsedUp {};
+  // What is known of the pairs of a kind: the least distance that was found, and that none is less than the bound, m.
+  struct Followed {
+    double least = INFINITE, bound = INFINITE;
+
+    [[nodiscard]] double lowest() const { return std::min(least, bound); }
+  };
   // The robot at a share of the edge that is looked at.
   struct Moment {
     const Snapshot& at;
@@ -65,11 +74,11 @@ class Certifier::Search {
   // Follows a pair through the block.
   void search(Nearest here) {
     const bool with_obstacle = here.is_with_obstacle();
-    double& least = with_obstacle ? result_.min_obstacles : result_.min_links;
+    const double& least = kind_of(here).least;
     if (with_obstacle && stays_far(here, least)) return;
     measure(here, at(first_));
     if (here.distance < margin_) touch(here, at(first_));
-    accept(here.distance);
+    accept(here, here.distance);
     for (Eigen::Index k = first_; k < last_;) {
       const double spare = here.distance - wanted(least, motion_.time(k), false);
       Displacement moved{displacement(here, k, k + 1), 0.0};
@@ -80,14 +89,14 @@ class Certifier::Search {
         measure(there, at(hoped));
         const double between = (here.distance + there.distance - displacement(here, k, hoped)) / 2.0;
         if (between >= wanted(least, motion_.time(k), false)) {
-          accept(between);
+          accept(here, between);
           here = there;
           k = hoped;
           continue;
         }
         // ... or at least as far as they can spare.
         if (const Eigen::Index next = farthest(here, k, spare); next > k) {
-          accept(here.distance - displacement(here, k, next));
+          accept(here, here.distance - displacement(here, k, next));
           k = next;
           if (k < last_) measure(here, at(k));
           continue;
@@ -105,13 +114,12 @@ class Certifier::Search {
 
   // Bounds a pair on the edge between two moments at which it was measured.
   void step(const Nearest& here, const Moment& a, const Nearest& there, const Moment& b, const Displacement& moved) {
-    const double least = here.is_with_obstacle() ? result_.min_obstacles : result_.min_links;
-    const double enough = wanted(least, a.at.t, true);
+    const double enough = wanted(kind_of(here).least, a.at.t, true);
     const double bound = self_.swept_.lower_bound(here, a.at, there, b.at, moved, enough);
-    if (bound >= enough) return accept(bound);
+    if (bound >= enough) return accept(here, bound);
     if (moved.length <= margin_) {
       touch(there, b.at);
-      return accept(bound);
+      return accept(here, bound);
     }
     const double share = 0.5 * (a.share + b.share);
     const Snapshot middle = self_.swept_.snapshot(motion_.time(edge_, share), motion_.configuration(edge_, share));
@@ -156,7 +164,17 @@ class Certifier::Search {
     return !result_.contact || t < result_.contact->t ? std::max(wanted, 0.5 * margin_) : wanted;
   }
 
-  void accept(double bound) { result_.bound = std::min(result_.bound, bound); }
+  void accept(const Nearest& pair, double bound) {
+    double& known = kind_of(pair).bound;
+    known = std::min(known, bound);
+  }
+
+  // Pairs with a distance of their own are followed apart: as they may always be near, what is near them says little of
+  // the others.
+  Followed& kind_of(const Nearest& pair) {
+    if (pair.is_with_obstacle()) return obstacles_;
+    return std::isinf(self_.robot().pair_distances[pair.pair]) ? links_ : own_;
+  }
 
   void touch(const Nearest& pair, const Snapshot& at) {
     if (result_.contact && result_.contact->t <= at.t) return;
@@ -174,13 +192,13 @@ class Certifier::Search {
     const double distance = (middle - other).norm() - body.aabb_radius - piece.shape->aabb_radius;
     const double bound = distance - displacement(pair, first_, last_);
     if (bound < wanted(least, start.t, false)) return false;
-    accept(bound);
+    accept(pair, bound);
     return true;
   }
 
   void measure(Nearest& pair, const Snapshot& at) {
     if (--checks_left_ < 0) throw BudgetUsedUp{};
-    double& least = pair.is_with_obstacle() ? result_.min_obstacles : result_.min_links;
+    double& least = kind_of(pair).least;
     least = std::min(least, self_.swept_.measure(pair, at));
   }
 
@@ -248,6 +266,7 @@ class Certifier::Search {
   const SampledMotion& motion_;
   long checks_left_;
   Certificate result_;
+  Followed obstacles_, links_, own_;
   double margin_ = CONTACT;  // m
   Levers levers_;
   Eigen::Index first_ = 0, last_ = 0;       // The block.

@@ -30,6 +30,7 @@ struct Certificate {
   // touch.
   double min_obstacles = INFINITE, min_links = INFINITE;
   double bound = INFINITE;         // No clearance is smaller at any time, m.
+  double others_bound = INFINITE;  // The same without pairs of links with a distance of their own, m.
   std::optional<Contact> contact;  // The first one.
   std::optional<double> stopped;   // Where the budget of checks was used up nothing is proven from this time on, s.
 };

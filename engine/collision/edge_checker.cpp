@@ -18,9 +18,11 @@ constexpr double SHORT = 1e-3;
 
 }  // namespace
 
-EdgeChecker::EdgeChecker(std::shared_ptr<const Robot> robot, const Obstacles& obstacles, double distance)
+EdgeChecker::EdgeChecker(std::shared_ptr<const Robot> robot, const Obstacles& obstacles, double distance,
+                         double own_share)
     : distance_(distance),
-      swept_(robot, obstacles.pieces()),
+      own_share_(own_share),
+      swept_(robot, obstacles.pieces(), false),
       pairs_(all_pairs(*robot, obstacles.pieces())),
       all_(pairs_.size()),
       boxes_(static_cast<std::size_t>(robot->links())) {
@@ -45,7 +47,7 @@ bool EdgeChecker::is_valid(const Eigen::Ref<const Vector>& q) {
   }
   return std::all_of(all_.begin(), all_.end(), [&](int i) {
     Nearest pair = pairs_[static_cast<std::size_t>(i)];
-    return boxes_are_apart(i) || swept_.measure(pair, *at) >= distance_;
+    return boxes_are_apart(i) || swept_.measure(pair, *at) >= kept(pair);
   });
 }
 
@@ -69,7 +71,8 @@ bool EdgeChecker::is_edge_valid(const Eigen::Ref<const Vector>& a, const Eigen::
 bool EdgeChecker::may_touch(const Candidate& pair, const Part& part) const {
   const Displacement& whole = bounds_.of(pair.here);
   const Displacement moved{part.length * whole.length, part.length * part.length * whole.curvature};
-  return swept_.lower_bound(pair.here, *part.from, pair.there, *part.to, moved, distance_) < distance_;
+  const double distance = kept(pair.here);
+  return swept_.lower_bound(pair.here, *part.from, pair.there, *part.to, moved, distance) < distance;
 }
 
 // Leaves of the pairs on a part of the edge those that it cannot tell to keep their distance. False if one does not.
@@ -94,8 +97,9 @@ bool EdgeChecker::measure_ends(Part& part) {
   for (const int i : part.pairs) {
     const Nearest& pair = pairs_[static_cast<std::size_t>(i)];
     Candidate candidate{pair, pair};
-    if (swept_.measure(candidate.here, *part.from) < distance_) return false;
-    if (swept_.measure(candidate.there, *part.to) < distance_) return false;
+    const double distance = kept(pair);
+    if (swept_.measure(candidate.here, *part.from) < distance) return false;
+    if (swept_.measure(candidate.there, *part.to) < distance) return false;
     if (may_touch(candidate, part)) part.measured.push_back(candidate);
   }
   part.pairs.clear();
@@ -119,12 +123,18 @@ bool EdgeChecker::halve(const Part& part) {
   Part first{0.5 * part.length, part.from, middle, part.pairs, part.measured};
   Part second{0.5 * part.length, middle, part.to, part.pairs, part.measured};
   for (std::size_t i = 0; i < part.measured.size(); ++i) {
-    if (swept_.measure(first.measured[i].there, *middle) < distance_) return false;
+    if (swept_.measure(first.measured[i].there, *middle) < kept(first.measured[i].there)) return false;
     second.measured[i].here = first.measured[i].there;
   }
   parts_.push_back(std::move(first));
   parts_.push_back(std::move(second));
   return true;
+}
+
+// The distance that a pair keeps, m.
+double EdgeChecker::kept(const Nearest& pair) const {
+  if (pair.is_with_obstacle()) return distance_;
+  return std::min(distance_, own_share_ * robot().pair_distances[pair.pair]);
 }
 
 bool EdgeChecker::is_within_limits(const Eigen::Ref<const Vector>& q) const {

@@ -11,8 +11,9 @@ namespace humanoid_rail {
 // A robot among obstacles where they are at t = 0. Holds its workspace. Not to be shared between threads.
 class EdgeChecker {
  public:
-  // The distance that links keep from obstacles and from each other is in m.
-  EdgeChecker(std::shared_ptr<const Robot> robot, const Obstacles& obstacles, double distance);
+  // The distance that links keep from obstacles and from each other is in m. Pairs of links with a smaller one of their
+  // own keep at least this share of that.
+  EdgeChecker(std::shared_ptr<const Robot> robot, const Obstacles& obstacles, double distance, double own_share);
 
   // Whether a configuration (n) is within the limits and every pair keeps its distance there.
   [[nodiscard]] bool is_valid(const Eigen::Ref<const Vector>& q);
@@ -41,6 +42,7 @@ class EdgeChecker {
     std::vector<Candidate> measured;  // ... and after.
   };
 
+  [[nodiscard]] double kept(const Nearest& pair) const;
   [[nodiscard]] bool is_within_limits(const Eigen::Ref<const Vector>& q) const;
   [[nodiscard]] std::shared_ptr<const Snapshot> snapshot(const Eigen::Ref<const Vector>& q);
   [[nodiscard]] Box box(const Snapshot& at, int link) const;
@@ -51,7 +53,7 @@ class EdgeChecker {
   [[nodiscard]] bool halve(const Part& part);
   [[nodiscard]] bool may_touch(const Candidate& pair, const Part& part) const;
 
-  double distance_;
+  double distance_, own_share_;
   SweptDistance swept_;
   std::vector<Nearest> pairs_;  // All of them.
   std::vector<int> all_;        // Their places.

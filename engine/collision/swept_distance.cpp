@@ -61,8 +61,13 @@ std::vector<Nearest> all_pairs(const Robot& robot, const std::vector<Obstacles::
   return pairs;
 }
 
-SweptDistance::SweptDistance(std::shared_ptr<const Robot> robot, std::vector<Obstacles::Piece> pieces)
-    : robot_(robot), pieces_(std::move(pieces)), kinematics_(robot), motion_bound_(*robot), origins_{0} {
+SweptDistance::SweptDistance(std::shared_ptr<const Robot> robot, std::vector<Obstacles::Piece> pieces, bool depths)
+    : robot_(robot),
+      pieces_(std::move(pieces)),
+      kinematics_(robot),
+      motion_bound_(*robot),
+      meter_(depths),
+      origins_{0} {
   for (const auto origin : robot_->common_joints()) {
     auto place = std::find(origins_.begin(), origins_.end(), origin);
     if (place == origins_.end()) place = origins_.insert(place, origin);
@@ -146,27 +151,42 @@ double SweptDistance::size(const Vector& slide, double time) const {
 }
 
 double SweptDistance::measure(Nearest& pair, const Snapshot& at) {
-  Interruption::poll();
-  const auto shape = [&](int link) -> const coal::CollisionGeometry& {
-    return *robot_->bodies.geometryObjects[static_cast<std::size_t>(link)].geometry;
-  };
   const auto link = body(at, pair.link);
   double proven = 0.0;
   if (pair.is_with_obstacle()) {
-    const auto& piece = pieces_[static_cast<std::size_t>(pair.piece)];
-    meter_.measure(shape(pair.link), pinocchio::toCoalTransform3s(link), *piece.shape, piece.at(at.t), pair);
-    proven = separation_from(pair, normal_of(pair), link, at.t);
+    measure_roughly(pair, link, link, at.t);
+    if (pair.distance > -INFINITE) proven = separation_from(pair, normal_of(pair), link, at.t);
   } else {
     const auto other = body(at, pair.other);
-    meter_.measure(shape(pair.link), pinocchio::toCoalTransform3s(link), shape(pair.other),
-                   pinocchio::toCoalTransform3s(other), pair);
-    proven = separation_of_links(pair, pair.normal, link, other);
+    measure_roughly(pair, link, other, at.t);
+    if (pair.distance > -INFINITE) proven = separation_of_links(pair, pair.normal, link, other);
   }
+  if (pair.distance == -INFINITE) return pair.distance;
   // In penetration coal's depth is closer to the truth: its normal need not be the one along which that is smallest.
   const double depth = pair.distance - DEPTH_PRECISION * (1.0 + std::abs(pair.distance));
   pair.distance = pair.distance < 0.0 ? std::max(proven, depth) : proven;
   if (!std::isfinite(pair.distance)) throw std::runtime_error("a distance that is not a number");
   return pair.distance;
+}
+
+void SweptDistance::measure_roughly(Nearest& pair, const Snapshot& at) {
+  const auto link = body(at, pair.link);
+  measure_roughly(pair, link, pair.is_with_obstacle() ? link : body(at, pair.other), at.t);
+}
+
+// The same with a link and the other link where they are; where there is no other link, its place does not matter.
+void SweptDistance::measure_roughly(Nearest& pair, const pinocchio::SE3& link, const pinocchio::SE3& other, double t) {
+  Interruption::poll();
+  const auto shape = [&](int i) -> const coal::CollisionGeometry& {
+    return *robot_->bodies.geometryObjects[static_cast<std::size_t>(i)].geometry;
+  };
+  if (pair.is_with_obstacle()) {
+    const auto& piece = pieces_[static_cast<std::size_t>(pair.piece)];
+    meter_.measure(shape(pair.link), pinocchio::toCoalTransform3s(link), *piece.shape, piece.at(t), pair);
+  } else {
+    meter_.measure(shape(pair.link), pinocchio::toCoalTransform3s(link), shape(pair.other),
+                   pinocchio::toCoalTransform3s(other), pair);
+  }
 }
 
 double SweptDistance::separation(const Nearest& pair, const Snapshot& at) const {

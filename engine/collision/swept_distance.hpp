@@ -37,7 +37,8 @@ struct Levers {
 
 class SweptDistance {
  public:
-  SweptDistance(std::shared_ptr<const Robot> robot, std::vector<Obstacles::Piece> pieces);
+  // Without depths the distance in penetration is minus infinity, which costs a fraction.
+  SweptDistance(std::shared_ptr<const Robot> robot, std::vector<Obstacles::Piece> pieces, bool depths = true);
 
   [[nodiscard]] const Robot& robot() const { return *robot_; }
   [[nodiscard]] const std::vector<Obstacles::Piece>& pieces() const { return pieces_; }
@@ -67,6 +68,8 @@ class SweptDistance {
   // Measures a pair at a moment: sets distance, point and normal. The distance is that of two planes with the normal
   // between the two bodies, which is a lower bound whatever the normal. Throws std::runtime_error.
   double measure(Nearest& pair, const Snapshot& at);
+  // Sets the same, with the distance as coal measures it.
+  void measure_roughly(Nearest& pair, const Snapshot& at);
   // The distance of the planes, with the normal of a pair, that touch its bodies at a moment.
   [[nodiscard]] double separation(const Nearest& pair, const Snapshot& at) const;
 
@@ -79,6 +82,7 @@ class SweptDistance {
 
  private:
   void edge_bounds(EdgeBounds& bounds);
+  void measure_roughly(Nearest& pair, const pinocchio::SE3& link, const pinocchio::SE3& other, double t);
   [[nodiscard]] Eigen::Vector3d normal_of(const Nearest& pair) const;
   [[nodiscard]] double separation(const Nearest& pair, const Eigen::Vector3d& normal, const Snapshot& at) const;
   [[nodiscard]] double separation_from(const Nearest& pair, const Eigen::Vector3d& normal, const pinocchio::SE3& link,

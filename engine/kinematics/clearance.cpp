@@ -128,32 +128,70 @@ void ObstacleClearances::measure(int link, const coal::Transform3s& placement, c
 }
 
 LinkClearances::LinkClearances(std::shared_ptr<const Robot> robot)
-    : robot_(std::move(robot)),
-      placements_(static_cast<std::size_t>(robot_->links())),
-      middles_(static_cast<std::size_t>(robot_->links())) {}
+    : robot_(robot), boxes_(robot), placements_(static_cast<std::size_t>(robot->links())) {}
+
+void LinkClearances::move_to(const Kinematics& kinematics) {
+  if (!boxes_.move_to(kinematics)) return;
+  for (std::size_t i = 0; i < placements_.size(); ++i) {
+    placements_[i] = pinocchio::toCoalTransform3s(kinematics.body(static_cast<int>(i)));
+  }
+}
+
+const LinkBoxes& LinkClearances::moving_boxes(const Kinematics& kinematics, const Vector& velocity) {
+  move_to(kinematics);
+  boxes_.set_velocity(kinematics, velocity);
+  return boxes_;
+}
 
 void LinkClearances::within(double horizon, const Kinematics& kinematics, std::vector<Nearest>& found) {
+  find(horizon, kinematics, found, nullptr);
+}
+
+void LinkClearances::glance(double horizon, const Kinematics& kinematics, std::vector<Nearest>& found,
+                            std::vector<Unmeasured>& unmeasured) {
+  unmeasured.clear();
+  find(horizon, kinematics, found, &unmeasured);
+}
+
+void LinkClearances::find(double horizon, const Kinematics& kinematics, std::vector<Nearest>& found,
+                          std::vector<Unmeasured>* unmeasured) {
   found.clear();
-  const auto& bodies = robot_->bodies.geometryObjects;
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
-    placements_[i] = pinocchio::toCoalTransform3s(kinematics.body(static_cast<int>(i)));
-    middles_[i] = placements_[i].transform(bodies[i].geometry->aabb_center);
-  }
+  move_to(kinematics);
   int pair = -1;
   for (const auto& [link, other] : robot_->self_collision_pairs) {
     ++pair;
-    const auto a = static_cast<std::size_t>(link), b = static_cast<std::size_t>(other);
-    const auto &shape_a = *bodies[a].geometry, &shape_b = *bodies[b].geometry;
-    const double reach = horizon + shape_a.aabb_radius + shape_b.aabb_radius;
-    if ((middles_[a] - middles_[b]).squaredNorm() > reach * reach) continue;
+    if (boxes_.are_apart(link, other, horizon)) continue;
+    if (robot_->takes_long(pair)) {
+      const double bound = boxes_.distance(link, other);
+      if (bound > horizon) continue;
+      if (unmeasured != nullptr) {
+        unmeasured->push_back({pair, bound});
+        continue;
+      }
+    }
     Nearest nearest;
-    meter_.measure(shape_a, placements_[a], shape_b, placements_[b], nearest);
+    measure(link, other, nearest);
     if (!(nearest.distance <= horizon)) continue;
     nearest.pair = pair;
-    nearest.link = link;
-    nearest.other = other;
     found.push_back(nearest);
   }
+}
+
+Nearest LinkClearances::measure(int pair, const Kinematics& kinematics) {
+  move_to(kinematics);
+  const auto& [link, other] = robot_->self_collision_pairs[static_cast<std::size_t>(pair)];
+  Nearest nearest;
+  measure(link, other, nearest);
+  nearest.pair = pair;
+  return nearest;
+}
+
+void LinkClearances::measure(int link, int other, Nearest& nearest) {
+  const auto a = static_cast<std::size_t>(link), b = static_cast<std::size_t>(other);
+  const auto& bodies = robot_->bodies.geometryObjects;
+  meter_.measure(*bodies[a].geometry, placements_[a], *bodies[b].geometry, placements_[b], nearest);
+  nearest.link = link;
+  nearest.other = other;
 }
 
 }  // namespace humanoid_rail

@@ -9,6 +9,7 @@
 #include "../scene/obstacles.hpp"
 #include "distance.hpp"
 #include "kinematics.hpp"
+#include "link_boxes.hpp"
 
 namespace humanoid_rail {
 
@@ -70,6 +71,12 @@ class ObstacleClearances {
   DistanceMeter meter_;
 };
 
+// A pair of links that was not measured.
+struct Unmeasured {
+  int pair = -1;       // Its number.
+  double bound = 0.0;  // Its distance is not less, m.
+};
+
 // Finds which links are near each other: of all pairs that the robot has to check. Not to be shared between threads.
 class LinkClearances {
  public:
@@ -77,11 +84,23 @@ class LinkClearances {
 
   // Finds every pair whose distance is not more than the horizon, in the robot's order.
   void within(double horizon, const Kinematics& kinematics, std::vector<Nearest>& found);
+  // The same, but those that take long to measure are not measured, only listed, if they may be within the horizon.
+  void glance(double horizon, const Kinematics& kinematics, std::vector<Nearest>& found,
+              std::vector<Unmeasured>& unmeasured);
+  // Measures a pair.
+  [[nodiscard]] Nearest measure(int pair, const Kinematics& kinematics);
+  // The boxes around the links, with a velocity (n).
+  const LinkBoxes& moving_boxes(const Kinematics& kinematics, const Vector& velocity);
 
  private:
+  void move_to(const Kinematics& kinematics);
+  void find(double horizon, const Kinematics& kinematics, std::vector<Nearest>& found,
+            std::vector<Unmeasured>* unmeasured);
+  void measure(int link, int other, Nearest& nearest);
+
   std::shared_ptr<const Robot> robot_;
+  LinkBoxes boxes_;
   std::vector<coal::Transform3s> placements_;
-  std::vector<Eigen::Vector3d> middles_;
   DistanceMeter meter_;
 };
 

@@ -1,5 +1,6 @@
 #include "distance.hpp"
 
+#include <cmath>
 #include <limits>
 
 #include <coal/distance_func_matrix.h>
@@ -25,8 +26,10 @@ void DistanceMeter::measure(const coal::CollisionGeometry& a, const coal::Transf
   result_.min_distance = std::numeric_limits<double>::max();
   distance_functions().distance_matrix[kind_a][kind_b](&a, placement_a, &b, placement_b, &solver_, request_, result_);
   nearest.distance = result_.min_distance;
-  nearest.point = result_.nearest_points[0];
   nearest.normal = result_.normal;
+  // Where it computes no depth coal has no normal either.
+  if (!request_.enable_signed_distance && std::isnan(nearest.normal[0])) nearest.distance = -INFINITE;
+  nearest.point = result_.nearest_points[0];
 }
 
 }  // namespace humanoid_rail

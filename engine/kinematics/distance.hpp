@@ -29,7 +29,8 @@ struct Nearest {
 // Measures the distance of two shapes. Holds its workspace.
 class DistanceMeter {
  public:
-  DistanceMeter() : solver_(request_) {}
+  // Without depths of penetration, which cost many times what distances do, those without a closed form are infinite.
+  explicit DistanceMeter(bool depths = true) : request_(true, depths), solver_(request_) {}
   // Sets distance, point and normal.
   void measure(const coal::CollisionGeometry& a, const coal::Transform3s& placement_a, const coal::CollisionGeometry& b,
                const coal::Transform3s& placement_b, Nearest& nearest);

@@ -15,6 +15,8 @@ constexpr int MAX_ITERATIONS = 60;
 constexpr double ARRIVED = 1e-7;
 // Pairs are brought this much farther apart than they have to be, m.
 constexpr double SPARE = 2e-3;
+// The same of pairs of links with a distance of their own, as a share of that.
+constexpr double OWN_SPARE_SHARE = 0.05;
 // The damping is this share of what is left of the squared errors, ...
 constexpr double DAMPING_SHARE = 0.1;
 // ... and this much more, m^2.
@@ -37,7 +39,6 @@ InverseKinematics::InverseKinematics(std::shared_ptr<const Robot> robot, const O
 
 Posture InverseKinematics::solve(const Eigen::Ref<const Vector>& start, const TaskStack& tasks, double distance) {
   const Limits& limits = robot().limits;
-  const bool apart = distance > -INFINITE;
   const double wanted = distance + SPARE;
   Vector q = start.cwiseMin(limits.upper).cwiseMax(limits.lower);
   Posture best;
@@ -53,11 +54,8 @@ Posture InverseKinematics::solve(const Eigen::Ref<const Vector>& start, const Ta
     double left = error_.squaredNorm();
     square_.noalias() = jacobian_.transpose().lazyProduct(jacobian_);
     right_.noalias() = jacobian_.transpose() * error_;
-    if (apart) {
-      for (const Nearest& pair : scene_.pieces(seen_)) keep_apart(pair, wanted, here, left);
-      for (const Nearest& pair : seen_.links) keep_apart(pair, wanted, here, left);
-    }
-    here.reached = here.error <= ARRIVED && (!apart || here.clearance >= distance);
+    if (distance > -INFINITE) keep_all_apart(distance, here, left);
+    here.reached = here.error <= ARRIVED && here.apart;
     if (here.reached) return here;
     idle = left < (1.0 - WORTHWHILE) * least ? 0 : idle + 1;
     if (left < least) {
@@ -69,10 +67,20 @@ Posture InverseKinematics::solve(const Eigen::Ref<const Vector>& start, const Ta
   return best;
 }
 
+void InverseKinematics::keep_all_apart(double distance, Posture& here, double& left) {
+  for (const Nearest& pair : scene_.pieces(seen_)) keep_apart(pair, distance, SPARE, here, left);
+  for (const Nearest& pair : seen_.links) {
+    const double kept = robot().kept_distance(pair.pair, distance);
+    // Those with a distance of their own may never be much farther apart.
+    keep_apart(pair, kept, kept < distance ? std::min(SPARE, OWN_SPARE_SHARE * kept) : SPARE, here, left);
+  }
+}
+
 // Adds the row of a pair that is too near.
-void InverseKinematics::keep_apart(const Nearest& pair, double wanted, Posture& here, double& left) {
+void InverseKinematics::keep_apart(const Nearest& pair, double distance, double spare, Posture& here, double& left) {
   here.clearance = std::min(here.clearance, pair.distance);
-  const double lacking = wanted - pair.distance;
+  if (pair.distance < distance) here.apart = false;
+  const double lacking = distance + spare - pair.distance;
   if (lacking <= 0.0) return;
   gradient_.resize(robot().n());
   scene_.distance_gradient(pair, gradient_);

@@ -16,6 +16,7 @@ struct Posture {
   Vector q;                     // (n), within the limits.
   double error = INFINITE;      // Norm of the tasks' errors, m.
   double clearance = INFINITE;  // The smallest of all pairs nearer than asked for, m; infinite where there are none.
+  bool apart = true;            // Whether all pairs keep their distance.
   bool reached = false;         // Whether the tasks are done and all pairs keep their distance.
 };
 
@@ -30,7 +31,8 @@ class InverseKinematics {
   [[nodiscard]] const Robot& robot() const { return scene_.robot(); }
 
  private:
-  void keep_apart(const Nearest& pair, double wanted, Posture& here, double& left);
+  void keep_apart(const Nearest& pair, double distance, double spare, Posture& here, double& left);
+  void keep_all_apart(double distance, Posture& here, double& left);
   void step(double damping, Vector& q);
 
   SceneKinematics scene_;

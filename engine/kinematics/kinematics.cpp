@@ -116,4 +116,13 @@ void Kinematics::add_wrench(const pinocchio::Force& wrench, pinocchio::JointInde
   }
 }
 
+void Kinematics::set_motions(const Vector& velocity, std::vector<pinocchio::Motion>& motions) const {
+  const auto& model = robot_->model;
+  for (pinocchio::JointIndex joint = 1; joint < static_cast<pinocchio::JointIndex>(model.njoints); ++joint) {
+    const auto v = model.joints[joint].idx_v();
+    motions[joint] = motions[model.parents[joint]];
+    motions[joint].toVector() += velocity[v] * data_.J.col(v);
+  }
+}
+
 }  // namespace humanoid_rail

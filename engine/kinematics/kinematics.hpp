@@ -57,6 +57,9 @@ class Kinematics {
   void add_wrench(const pinocchio::Force& wrench, pinocchio::JointIndex joint, pinocchio::JointIndex from,
                   double factor, Eigen::Ref<Vector> gradient) const;
 
+  // Sets the motion of each joint's body, at the base's origin, for a velocity of all joints (nv).
+  void set_motions(const Vector& velocity, std::vector<pinocchio::Motion>& motions) const;
+
  private:
   using Columns = Eigen::Matrix<double, 3, Eigen::Dynamic>;
   struct Arm {

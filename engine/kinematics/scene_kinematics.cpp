@@ -4,18 +4,30 @@ namespace humanoid_rail {
 
 void SceneKinematics::observe(const Eigen::Ref<const Vector>& q, double t, double obstacle_horizon, double link_horizon,
                               Observation& seen) {
+  observe_obstacles(q, t, obstacle_horizon, seen);
+  seen.link_horizon = link_horizon;
+  if (link_horizon > -INFINITE) links_.within(link_horizon, kinematics_, seen.links);
+}
+
+void SceneKinematics::glance(const Eigen::Ref<const Vector>& q, double t, double obstacle_horizon, double link_horizon,
+                             Observation& seen) {
+  observe_obstacles(q, t, obstacle_horizon, seen);
+  seen.link_horizon = link_horizon;
+  links_.glance(link_horizon, kinematics_, seen.links, seen.unmeasured);
+}
+
+void SceneKinematics::observe_obstacles(const Eigen::Ref<const Vector>& q, double t, double horizon,
+                                        Observation& seen) {
   seen.t = t;
   seen.q = q;
-  seen.obstacle_horizon = obstacle_horizon;
-  seen.link_horizon = link_horizon;
+  seen.obstacle_horizon = horizon;
   kinematics_.move_to(q);
   obstacles_.move_to(t);
   seen.near.obstacles.clear();
   seen.near.pieces.clear();
   seen.links.clear();
-  if (obstacles().size() > 0 && obstacle_horizon > -INFINITE)
-    obstacles_.within(obstacle_horizon, kinematics_, seen.near);
-  if (link_horizon > -INFINITE) links_.within(link_horizon, kinematics_, seen.links);
+  seen.unmeasured.clear();
+  if (obstacles().size() > 0 && horizon > -INFINITE) obstacles_.within(horizon, kinematics_, seen.near);
 }
 
 void SceneKinematics::observe_nearest(const Eigen::Ref<const Vector>& q, double t, double horizon, Observation& seen) {
@@ -24,6 +36,7 @@ void SceneKinematics::observe_nearest(const Eigen::Ref<const Vector>& q, double 
   seen.obstacle_horizon = horizon;
   seen.link_horizon = -INFINITE;
   seen.links.clear();
+  seen.unmeasured.clear();
   kinematics_.move_to(q);
   obstacles_.move_to(t);
   obstacles_.within_or_nearest(horizon, kinematics_, seen.near);

@@ -11,6 +11,7 @@ struct Observation {
   Vector q;        // (n)
   NearObstacles near;
   std::vector<Nearest> links;
+  std::vector<Unmeasured> unmeasured;  // Pairs of links, in the order of their numbers; none of them is in `links`.
   // Pairs farther apart than these were not looked at, m.
   double obstacle_horizon = -INFINITE, link_horizon = -INFINITE;
 };
@@ -38,16 +39,25 @@ class SceneKinematics {
   // Moves robot and obstacles, and finds what is within the horizons; minus infinity for nothing.
   void observe(const Eigen::Ref<const Vector>& q, double t, double obstacle_horizon, double link_horizon,
                Observation& seen);
+  // The same, but pairs of links that take long to measure are not measured.
+  void glance(const Eigen::Ref<const Vector>& q, double t, double obstacle_horizon, double link_horizon,
+              Observation& seen);
   // The same, but of obstacles the nearest one in any case, and no links.
   void observe_nearest(const Eigen::Ref<const Vector>& q, double t, double horizon, Observation& seen);
   // The pairs of a link and a piece of an obstacle.
   [[nodiscard]] const std::vector<Nearest>& pieces(const Observation& seen) const {
     return seen.near.by_piece(obstacles().is_compound());
   }
+  // Measures a pair of links where the robot is.
+  [[nodiscard]] Nearest measure_links(int pair) { return links_.measure(pair, kinematics_); }
+  // The boxes around the links there, with a velocity (n).
+  const LinkBoxes& moving_boxes(const Vector& velocity) { return links_.moving_boxes(kinematics_, velocity); }
   // Sets d psi/dq (n) of a pair where the robot is.
   void distance_gradient(const Nearest& pair, Eigen::Ref<Vector> gradient) const;
 
  private:
+  void observe_obstacles(const Eigen::Ref<const Vector>& q, double t, double horizon, Observation& seen);
+
   Kinematics kinematics_;
   ObstacleClearances obstacles_;
   LinkClearances links_;

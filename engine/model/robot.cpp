@@ -1,6 +1,5 @@
 #include "robot.hpp"
 
-#include <algorithm>
 #include <stdexcept>
 
 #include <pinocchio/serialization/geometry.hpp>
@@ -9,11 +8,12 @@
 namespace humanoid_rail {
 
 Robot::Robot(const std::string& model_archive, const std::string& bodies_archive, const Matrix& S, const Vector& s0,
-             std::vector<Hand> points, std::vector<std::pair<int, int>> pairs, Limits joint_limits)
+             std::vector<Hand> points, std::vector<std::pair<int, int>> pairs, Vector distances, Limits joint_limits)
     : coupling(S.sparseView()),
       offset(s0),
       hands(std::move(points)),
       self_collision_pairs(std::move(pairs)),
+      pair_distances(std::move(distances)),
       limits(std::move(joint_limits)) {
   model.loadFromString(model_archive);
   bodies.loadFromString(bodies_archive);
@@ -32,12 +32,24 @@ Robot::Robot(const std::string& model_archive, const std::string& bodies_archive
       throw std::invalid_argument("a pair needs two collision bodies");
     }
   }
+  if (pair_distances.size() != static_cast<Eigen::Index>(self_collision_pairs.size()) ||
+      !(pair_distances.array() >= 0.0).all()) {
+    throw std::invalid_argument("each pair needs a distance of 0 or more");
+  }
   for (const Vector* limit : {&limits.lower, &limits.upper, &limits.velocity}) {
     if (limit->size() != S.cols()) throw std::invalid_argument("limits need a number for each actuated joint");
   }
   for (auto& body : bodies.geometryObjects) body.geometry->computeLocalAABB();
   for (const auto& supports : model.supports) chains_.emplace_back(supports.begin() + 1, supports.end());
-  for (const auto& [link, other] : self_collision_pairs) common_joints_.push_back(common_joint(link, other));
+  for (const auto& [link, other] : self_collision_pairs) {
+    common_joints_.push_back(common_joint(link, other));
+    takes_long_.push_back(!(is_round(link) && is_round(other)));
+  }
+}
+
+bool Robot::is_round(int link) const {
+  const auto kind = bodies.geometryObjects[static_cast<std::size_t>(link)].geometry->getNodeType();
+  return kind == coal::GEOM_CAPSULE || kind == coal::GEOM_SPHERE;
 }
 
 pinocchio::JointIndex Robot::common_joint(int link, int other) const {

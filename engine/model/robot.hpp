@@ -1,6 +1,7 @@
 // A robot as frozen data: Pinocchio model, linear coupling, collision bodies and hands.
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -30,7 +31,8 @@ struct Limits {
 struct Robot {
   // The model and the collision bodies come as Pinocchio's own text archives. Throws std::invalid_argument.
   Robot(const std::string& model, const std::string& bodies, const Matrix& coupling, const Vector& offset,
-        std::vector<Hand> hands, std::vector<std::pair<int, int>> self_collision_pairs, Limits limits);
+        std::vector<Hand> hands, std::vector<std::pair<int, int>> self_collision_pairs, Vector pair_distances,
+        Limits limits);
 
   pinocchio::Model model;
   pinocchio::GeometryModel bodies;
@@ -38,6 +40,7 @@ struct Robot {
   Vector offset;      // s0
   std::vector<Hand> hands;
   std::vector<std::pair<int, int>> self_collision_pairs;  // Collision bodies that may collide.
+  Vector pair_distances;  // How far apart each of these is kept at the most, m; infinite where nothing is said of it.
   Limits limits;
 
   // The joint that carries a collision body.
@@ -54,6 +57,12 @@ struct Robot {
   }
   // For each self-collision pair the outermost joint that moves both bodies alike; 0, the base, where there is none.
   [[nodiscard]] const std::vector<pinocchio::JointIndex>& common_joints() const { return common_joints_; }
+  // How far apart a self-collision pair is kept where a distance in m is to be kept from everything.
+  [[nodiscard]] double kept_distance(int pair, double distance) const {
+    return std::min(distance, pair_distances[pair]);
+  }
+  // Whether measuring a self-collision pair takes long: its distance has no closed form.
+  [[nodiscard]] bool takes_long(int pair) const { return takes_long_[static_cast<std::size_t>(pair)] != 0; }
   // q_full = S q + s0 of the actuated joints' q (n).
   [[nodiscard]] Vector full_configuration(const Eigen::Ref<const Vector>& q) const { return offset + coupling * q; }
   [[nodiscard]] int n() const { return static_cast<int>(coupling.cols()); }
@@ -61,10 +70,12 @@ struct Robot {
   [[nodiscard]] int links() const { return static_cast<int>(bodies.ngeoms); }
 
  private:
+  [[nodiscard]] bool is_round(int link) const;
   [[nodiscard]] pinocchio::JointIndex common_joint(int link, int other) const;
 
   std::vector<std::vector<pinocchio::JointIndex>> chains_;
   std::vector<pinocchio::JointIndex> common_joints_;
+  std::vector<char> takes_long_;
 };
 
 }  // namespace humanoid_rail

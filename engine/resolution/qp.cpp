@@ -39,7 +39,7 @@ const Vector& SafeVelocity::velocity(const Eigen::Ref<const Vector>& q, double t
 
 void SafeVelocity::observe(const Eigen::Ref<const Vector>& q, double t, const Gains& gains, const Safety& safety,
                            Observation& seen) {
-  scene.observe(q, t, std::max(gains.horizon(), safety.horizon), safety.horizon, seen);
+  scene.glance(q, t, std::max(gains.horizon(), safety.horizon), safety.horizon, seen);
 }
 
 const Vector& SafeVelocity::velocity(const Observation& at, const TaskStack& tasks, const Gains& gains,
@@ -49,14 +49,17 @@ const Vector& SafeVelocity::velocity(const Observation& at, const TaskStack& tas
   slow_down_reference();
   set_equalities(at, safety);
   count_ = 0;
+  const double target = safety.target();
   for (const Nearest& pair : scene.pieces(at)) {
-    if (pair.distance <= safety.horizon) add_row(pair, safety, dt);
+    if (pair.distance <= safety.horizon) add_row(pair, target, safety, dt);
   }
-  for (const Nearest& pair : at.links) add_row(pair, safety, dt);
+  for (const Nearest& pair : at.links) add_row(pair, target_of(pair.pair, safety), safety, dt);
+  list_late_rows(at);
   velocity_ = reference_;
-  if (holds(velocity_, safety.precision)) return velocity_;
+  const bool is_late = add_broken_rows(reference_, safety, dt, 1.0);
+  if (!is_late && holds(velocity_, safety.precision)) return velocity_;
   const Matrix& J = projection.jacobian();
-  const auto can_be_had = [&](double share) { return solve(J, safety, share); };
+  const auto can_be_had = [&](double share) { return solve(J, safety, dt, share); };
   if (!std::any_of(safety.shares.begin(), safety.shares.end(), can_be_had)) velocity_.setZero();
   return velocity_;
 }
@@ -101,21 +104,73 @@ bool SafeVelocity::keeps_equalities(const Vector& velocity, double share, double
   return true;
 }
 
-// The velocity damper d_dot >= -k (d - d_s), unless no velocity within the joints' bounds can break it. What it asks
-// for away from an obstacle is at most half of what they allow.
-void SafeVelocity::add_row(const Nearest& pair, const Safety& safety, double dt) {
-  const double wanted = -std::min(safety.gain, 1.0 / dt) * (pair.distance - safety.target) - pair.rate;
-  if (count_ == G_.cols()) {
-    G_.conservativeResize(Eigen::NoChange, 2 * count_ + 1);
-    h_.conservativeResize(2 * count_ + 1);
-  }
+double SafeVelocity::target_of(int pair, const Safety& safety) const {
+  return safety.target_of(scene.robot().kept_distance(pair, safety.distance));
+}
+
+void SafeVelocity::add_row(const Nearest& pair, double target, const Safety& safety, double dt) {
+  const double side = make_row(pair, target, safety, dt);
+  if (side > -INFINITE) h_[count_++] = side;
+}
+
+// The velocity damper d_dot >= -k (d - d_s): sets the next row and returns the side; minus infinity where no velocity
+// within the joints' bounds can break it. What it asks for away from an obstacle is at most half of what they allow.
+double SafeVelocity::make_row(const Nearest& pair, double target, const Safety& safety, double dt) {
+  const double wanted = -std::min(safety.gain, 1.0 / dt) * (pair.distance - target) - pair.rate;
+  make_room();
   auto row = G_.col(count_);
   scene.distance_gradient(pair, row);
   const double slowest = row.cwiseMax(0.0).dot(lower_) + row.cwiseMin(0.0).dot(upper_);
   const double fastest = row.cwiseMax(0.0).dot(upper_) + row.cwiseMin(0.0).dot(lower_);
-  const double h = std::min(wanted, 0.5 * fastest);
-  if (slowest >= h || fastest - slowest < safety.least_rate) return;
-  h_[count_++] = h;
+  const double side = std::min(wanted, 0.5 * fastest);
+  return slowest >= side || fastest - slowest < safety.least_rate ? -INFINITE : side;
+}
+
+void SafeVelocity::make_room() {
+  if (count_ < G_.cols()) return;
+  G_.conservativeResize(Eigen::NoChange, 2 * count_ + 1);
+  h_.conservativeResize(2 * count_ + 1);
+}
+
+void SafeVelocity::list_late_rows(const Observation& at) {
+  late_.resize(at.unmeasured.size());
+  for (std::size_t i = 0; i < late_.size(); ++i) {
+    late_[i].pair = at.unmeasured[i];
+    late_[i].known = LateRow::Known::bound;
+  }
+}
+
+// Adds those rows of pairs not measured before that a velocity breaks. Returns whether there are any.
+//
+// What is left out changes nothing. With the distance d >= b of a pair and its speed of approach -d_dot <= a, both
+// bounds, the row d_dot >= -k (d - d_s) is kept by every velocity with a <= k (b - d_s), and so is a row that asks for
+// less. A velocity that is the best of those which some of the rows allow, and keeps the others, is the best of those
+// which all of them allow. Which rows are added follows from their distances alone, never from how good the bounds are.
+bool SafeVelocity::add_broken_rows(const Vector& velocity, const Safety& safety, double dt, double share) {
+  if (late_.empty()) return false;
+  const LinkBoxes& boxes = scene.moving_boxes(velocity);
+  const Eigen::Index before = count_;
+  const double gain = safety.gain_for(dt);
+  for (LateRow& late : late_) {
+    using Known = LateRow::Known;
+    if (late.known == Known::all) continue;
+    if (late.known == Known::bound) {
+      const double target = target_of(late.pair.pair, safety);
+      const auto& [link, other] = scene.robot().self_collision_pairs[static_cast<std::size_t>(late.pair.pair)];
+      if (boxes.approach(link, other) <= gain * (late.pair.bound - target)) continue;
+      const Nearest nearest = scene.measure_links(late.pair.pair);
+      late.side = nearest.distance <= safety.horizon ? make_row(nearest, target, safety, dt) : -INFINITE;
+      late.known = late.side > -INFINITE ? Known::row : Known::all;
+      if (late.known == Known::all) continue;
+      late.row = G_.col(count_);
+    }
+    if (late.row.dot(velocity) >= part(late.side, share) - safety.precision) continue;
+    late.known = Known::all;
+    make_room();
+    G_.col(count_) = late.row;
+    h_[count_++] = late.side;
+  }
+  return count_ > before;
 }
 
 bool SafeVelocity::holds(const Vector& velocity, double precision) const {
@@ -129,9 +184,17 @@ bool SafeVelocity::holds(const Vector& velocity, double precision) const {
   return keeps_equalities(velocity, 1.0, precision);
 }
 
+// The same with all rows, also those that were not made before.
+bool SafeVelocity::solve(const Matrix& J, const Safety& safety, double dt, double share) {
+  do {
+    if (!solve_known(J, safety, share)) return false;
+  } while (add_broken_rows(velocity_, safety, dt, share));
+  return true;
+}
+
 // Sets velocity to the closest to the reference: min |x - r|^2 + w |J (x - r)|^2 within the bounds, G x >= h and A x =
 // b, where of h > 0 only a share counts.
-bool SafeVelocity::solve(const Matrix& J, const Safety& safety, double share) {
+bool SafeVelocity::solve_known(const Matrix& J, const Safety& safety, double share) {
   set_program(J, safety.task_weight, share);
   const auto status = solver_.solve_quadprog(hessian_, linear_, CE_, ce_, CI_, ci_, solution_);
   if (status != eiquadprog::solvers::EIQUADPROG_FAST_OPTIMAL || !solution_.allFinite()) return false;

@@ -1,6 +1,7 @@
 // The velocity closest to eq. 4.9's that keeps clear of everything and within the limits; resolution/qp.py explains it.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <utility>
 #include <vector>
@@ -16,7 +17,8 @@ struct Safety {
   double distance = 0.0;       // The safety distance, m.
   double gain = 0.0;           // Of the velocity dampers, 1/s.
   double horizon = 0.0;        // Pairs farther apart are left out, m.
-  double target = 0.0;         // The distance that the dampers keep to, m.
+  double margin_share = 0.0;   // The dampers keep to the safety distance and this share of it more, ...
+  double least_margin = 0.0;   // ... at least this much more, m.
   double limit_gain = 0.0;     // How fast a joint may approach its position limit, 1/s.
   double task_weight = 0.0;    // Of the tasks' deviation from eq. 4.9 against that of the joints.
   double least_rate = 0.0;     // A distance that no velocity changes faster than this is left alone, m/s.
@@ -26,6 +28,15 @@ struct Safety {
   // Independent rows A (k, n) of length 1 and sides b (k) of A q_dot = b at a configuration (n) and a time in s. May be
   // empty.
   std::function<std::pair<Matrix, Vector>(const Vector& q, double t)> equality;
+
+  // The gain where a velocity is held for so long, s.
+  [[nodiscard]] double gain_for(double dt) const { return std::min(gain, 1.0 / dt); }
+  // The distance that the dampers keep to, m.
+  [[nodiscard]] double target() const { return distance + std::max(margin_share * distance, least_margin); }
+  // The same of a pair of links.
+  [[nodiscard]] double target_of(double kept) const {
+    return kept < distance ? std::min(kept + margin_share * kept, target()) : target();
+  }
 };
 
 // A solution has to satisfy its constraints to this, m/s and rad/s.
@@ -59,12 +70,27 @@ class SafeVelocity {
   GradientProjection projection;
 
  private:
+  // The row of a pair of links that was not measured: it is made once a velocity could break it.
+  struct LateRow {
+    enum class Known { bound, row, all };  // The bound alone, the row too, or that it is no longer needed.
+    Unmeasured pair;
+    Known known = Known::bound;
+    Vector row;
+    double side = 0.0;
+  };
+
   void bound_joints(const Vector& q, const Safety& safety, double dt);
   void slow_down_reference();
   void set_equalities(const Observation& at, const Safety& safety);
-  void add_row(const Nearest& pair, const Safety& safety, double dt);
+  void add_row(const Nearest& pair, double target, const Safety& safety, double dt);
+  [[nodiscard]] double make_row(const Nearest& pair, double target, const Safety& safety, double dt);
+  void make_room();
+  void list_late_rows(const Observation& at);
+  [[nodiscard]] bool add_broken_rows(const Vector& velocity, const Safety& safety, double dt, double share);
+  [[nodiscard]] double target_of(int pair, const Safety& safety) const;
   [[nodiscard]] bool holds(const Vector& velocity, double precision) const;
-  [[nodiscard]] bool solve(const Matrix& J, const Safety& safety, double share);
+  [[nodiscard]] bool solve(const Matrix& J, const Safety& safety, double dt, double share);
+  [[nodiscard]] bool solve_known(const Matrix& J, const Safety& safety, double share);
   void set_program(const Matrix& J, double task_weight, double share);
 
   Observation seen_;
@@ -72,6 +98,7 @@ class SafeVelocity {
   Matrix G_;  // A column for each row of the constraints.
   Vector h_;
   Eigen::Index count_ = 0;
+  std::vector<LateRow> late_;  // In the order of their pairs.
   Vector reference_, velocity_;
   eiquadprog::solvers::EiquadprogFast solver_;
   Eigen::Index program_rows_ = -1, program_equalities_ = -1;

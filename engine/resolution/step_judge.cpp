@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "../collision/margin.hpp"
 
@@ -31,7 +32,10 @@ Step StepJudge::judge(const Place& a, const Place& b) {
                        bounds_.links, drift};
   const Kind links{a.seen.links, b.seen.links, b.seen.link_horizon, bounds_.pairs, 0.0};
   bool is_safe = true;
-  if (!keeps_apart(obstacles, a, b, is_safe) || !keeps_apart(links, a, b, is_safe)) return Step::blocked;
+  if (!keeps_apart(obstacles, a, b, is_safe) || !keeps_apart(links, a, b, is_safe) ||
+      !keeps_unmeasured_apart(a, b, is_safe)) {
+    return Step::blocked;
+  }
   return is_safe ? Step::safe : Step::free;
 }
 
@@ -52,7 +56,7 @@ bool StepJudge::keeps_apart(const Kind& kind, const Place& a, const Place& b, bo
       if (!was_near && (kind.horizon + proven(there, b).distance - moved.length) / 2.0 < margin_of(a, b)) return false;
       if (was_near && !is_proven_apart(*i, a, there, b, moved)) return false;
     }
-    if (there.distance < std::min(safety_distance_, was) - DISTANCE_ROUNDING) is_safe = false;
+    if (there.distance < std::min(kept(there), was) - DISTANCE_ROUNDING) is_safe = false;
   }
   // Those that have left the horizon.
   auto j = kind.after.begin();
@@ -64,6 +68,40 @@ bool StepJudge::keeps_apart(const Kind& kind, const Place& a, const Place& b, bo
     if ((proven(here, a).distance + kind.horizon - moved) / 2.0 < margin_of(a, b)) return false;
   }
   return true;
+}
+
+bool StepJudge::keeps_unmeasured_apart(const Place& a, const Place& b, bool& is_safe) {
+  auto i = a.seen.unmeasured.begin(), j = b.seen.unmeasured.begin();
+  const auto end_a = a.seen.unmeasured.end(), end_b = b.seen.unmeasured.end();
+  while (i != end_a || j != end_b) {
+    const int pair = i == end_a ? j->pair : j == end_b ? i->pair : std::min(i->pair, j->pair);
+    // What is not listed is beyond the horizon.
+    const double bound_a = i != end_a && i->pair == pair ? (i++)->bound : a.seen.link_horizon;
+    const double bound_b = j != end_b && j->pair == pair ? (j++)->bound : b.seen.link_horizon;
+    if (!keeps_pair_apart(pair, bound_a, bound_b, a, b, is_safe)) return false;
+  }
+  return true;
+}
+
+bool StepJudge::keeps_pair_apart(int pair, double bound_a, double bound_b, const Place& a, const Place& b,
+                                 bool& is_safe) {
+  const Displacement& moved = bounds_.pairs[static_cast<std::size_t>(pair)];
+  const auto far = [&](double before, double after) {
+    return (before + after - moved.length) / 2.0 >= APART + RESERVE * (1.0 + std::max(0.0, after));
+  };
+  Nearest here;
+  here.pair = pair;
+  std::tie(here.link, here.other) = swept_.robot().self_collision_pairs[static_cast<std::size_t>(pair)];
+  if (far(bound_a, bound_b) && bound_b >= kept(here)) return true;
+  Nearest there = here;
+  swept_.measure_roughly(here, a.snapshot);
+  swept_.measure_roughly(there, b.snapshot);
+  if (there.distance < std::min(kept(there), here.distance) - DISTANCE_ROUNDING) is_safe = false;
+  return far(here.distance, there.distance) || is_proven_apart(here, a, there, b, moved);
+}
+
+double StepJudge::kept(const Nearest& pair) const {
+  return pair.is_with_obstacle() ? safety_distance_ : swept_.robot().kept_distance(pair.pair, safety_distance_);
 }
 
 bool StepJudge::is_proven_apart(const Nearest& here, const Place& a, const Nearest& there, const Place& b,

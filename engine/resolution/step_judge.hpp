@@ -38,6 +38,12 @@ class StepJudge {
 
   // Returns whether nothing touches; sets whether the safety distance is kept.
   [[nodiscard]] bool keeps_apart(const Kind& kind, const Place& a, const Place& b, bool& is_safe) const;
+  // The same of pairs that were not measured. They are where bounds do not tell.
+  [[nodiscard]] bool keeps_unmeasured_apart(const Place& a, const Place& b, bool& is_safe);
+  [[nodiscard]] bool keeps_pair_apart(int pair, double bound_a, double bound_b, const Place& a, const Place& b,
+                                      bool& is_safe);
+  // The distance that a pair is to keep, m.
+  [[nodiscard]] double kept(const Nearest& pair) const;
   // Whether it is proven of a pair, which was measured at both ends, that it does not touch.
   [[nodiscard]] bool is_proven_apart(const Nearest& here, const Place& a, const Nearest& there, const Place& b,
                                      const Displacement& moved) const;

@@ -40,7 +40,9 @@ def numbers(_context: click.Context, _option: click.Parameter, text: str | None)
     try:
         values = tuple(float(part) for part in text.split(","))
     except ValueError:
-        raise InvalidInput("gain", text, "a number greater than 0, or six of them separated by commas") from None
+        raise InvalidInput(
+            "gain", text, "a number greater than 0, or one for each row of the tasks, separated by commas"
+        ) from None
     return values[0] if len(values) == 1 else values
 
 
@@ -58,9 +60,15 @@ METHOD_OPTIONS = (
     click.option("--seed", type=int, help="Seed of the random numbers of auto  [0]"),
     click.option("--engine", help=f"Of gradient-projection: {' or '.join(ENGINES)}  [native]"),
     click.option("--epsilon", type=float, help="Activation distance of the obstacle penalty, m  [1.0]"),
-    click.option("--c-mu", type=float, help="Gain of the manipulability's gradient  [1.0]"),
+    click.option(
+        "--c-mu",
+        type=float,
+        help="Gain of the manipulability's gradient  [1.0 for the paper's robot, the same weight for others]",
+    ),
     click.option("--c-kappa", type=float, help="Gain of the obstacle penalty's gradient  [1.0]"),
-    click.option("--gain", callback=numbers, help="K in 1/s: a number, or six separated by commas  [1.0]"),
+    click.option(
+        "--gain", callback=numbers, help="K in 1/s: a number, or one for each row, separated by commas  [1.0]"
+    ),
     click.option("--dt", type=float, help="Time between samples, s  [0.01]"),
     click.option("--tolerance", type=float, help="Norm of the hands' error that ends the motion, m  [0.01]"),
     click.option("--max-time", type=float, help="Longest motion, s  [60]"),

@@ -49,6 +49,15 @@ class Certificate:
     links_without_body: tuple[str, ...] = ()
     """Links that are visible or have a mass, and no collision body, so that nothing is proven of them."""
 
+    others_bound: float | None = None
+    """The clearance bound without pairs of links that keep a distance of their own (`Robot.pair_distances`), m; None of
+    robots that have none."""
+
+    @property
+    def kept_bound(self) -> float | None:
+        """A lower bound of all clearances that are to keep the safety distance, m; of all of them where any touch."""
+        return self.others_bound if self.certified and self.others_bound is not None else self.clearance_bound
+
     def __bool__(self) -> bool:
         """Return whether the motion is certified."""
         return self.certified

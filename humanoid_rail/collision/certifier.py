@@ -68,6 +68,7 @@ def certify(
         unchecked_pairs=robot.unchecked_pairs,
         links_without_body=robot.links_without_body,
         reason=reason,
+        others_bound=found.others_bound if robot.pair_distances and some_pair and reason is None else None,
     )
 
 

@@ -23,16 +23,17 @@ class EdgeChecker:
         EngineMissing: If there is no native engine.
     """
 
-    def __init__(self, robot: Robot, obstacles: tuple[Obstacle, ...], distance: float) -> None:
+    def __init__(self, robot: Robot, obstacles: tuple[Obstacle, ...], distance: float, own_share: float = 1.0) -> None:
         """Set up the check.
 
         Args:
             robot: The robot.
             obstacles: What it keeps clear of, beside its own links.
             distance: The distance that links keep from obstacles and from each other, m.
+            own_share: Pairs of links with a smaller one of their own, `Robot.pair_distances`, keep this share of it.
         """
         self.robot, self.distance = robot, distance
-        native = engine().EdgeChecker(native_robot(robot), native_obstacles(obstacles), distance)
+        native = engine().EdgeChecker(native_robot(robot), native_obstacles(obstacles), distance, own_share)
         self._is_valid, self._is_edge_valid = native.is_valid, native.is_edge_valid
 
     def is_valid(self, q: Array) -> bool:

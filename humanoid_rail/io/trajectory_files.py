@@ -31,6 +31,8 @@ SUMMARY = "summary.json"
 """The file by which the folder of a plan is known."""
 SAMPLES, TABLE = "trajectory.npz", "trajectory.csv"
 """The files with the samples, as arrays and as a table."""
+LEFT_TO_THE_ROBOT = ("c_mu",)
+"""Options that say nothing where they are null, and not infinity."""
 TRAJECTORY_FILES = (SAMPLES, TABLE, SUMMARY)
 """A trajectory is written to these files."""
 
@@ -141,6 +143,7 @@ def _provenance(summary: Mapping[str, Any]) -> Provenance:
         evaluations=summary["evaluations"],
         planning_time=summary["planning_time"],
         certification_time=summary["certification_time"],
+        c_mu=summary.get("c_mu"),
         retiming=None if summary["retiming"] is None else Retiming(**summary["retiming"]),
     )
 
@@ -156,7 +159,7 @@ def _method(method: Mapping[str, Any]) -> PlanningMethod:
         raise ValueError(f"the method is {method['name']!r}, not one of {', '.join(METHODS)}")
     # JSON knows no infinity, which is written as null, and of functions only their names were written.
     options: dict[str, Any] = {
-        name: np.inf if value is None else value
+        name: value if value is not None or name in LEFT_TO_THE_ROBOT else np.inf
         for name, value in method.items()
         if name != "name" and not (isinstance(value, list) and any(isinstance(element, str) for element in value))
     }

@@ -48,7 +48,7 @@ def _native(robot: Robot, task: Task, number: int, state_at: StateAt) -> _engine
             made = native.PointTask(robot.hand(task.hand), np.array(task.offset, float), np.array(task.target, float))
         case DirectionTask() if is_native:
             unit = np.array(task.direction, float) / np.linalg.norm(task.direction)
-            made = native.DirectionTask(robot.hand(task.hand), task.axis(robot), unit, task.lever)
+            made = native.DirectionTask(robot.hand(task.hand), task.axis(robot), unit, task.lever_of(robot))
         case RelativeTask() if is_native:
             first, second = robot.hand(task.first), robot.hand(task.second)
             made = native.RelativeTask(first, second, np.array(task.difference, float))

@@ -20,10 +20,17 @@ from humanoid_rail._arrays import FARTHEST, SHORTEST, Array, checked_array, trip
 from humanoid_rail.errors import MISSING, InvalidInput, checked_number
 from humanoid_rail.kinematics.state import State
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.model.scale import PAPER_REACH
 
 LEVER = 0.3
-"""The points that give a hand its orientation are this far from its own point, m: where errors are below 1e-7 m, an
-orientation is right to 3e-7 rad."""
+"""The points that give a hand of the paper's robot its orientation are this far from its own point, m: where errors are
+below 1e-7 m, an orientation is right to 3e-7 rad. For other robots it is the same share of what the hand's arm
+reaches."""
+
+
+def orientation_lever(robot: Robot, hand: str) -> float:
+    """Return how far from a hand's own point those are that give its orientation, m."""
+    return LEVER * (robot.arm_reaches[robot.hand(hand)] / PAPER_REACH)
 
 
 @runtime_checkable
@@ -102,20 +109,26 @@ class DirectionTask:
     """Where to point, in the base frame; of any length but 0."""
     pointing: tuple[float, float, float] | None = None
     """What of the hand has to point there, in its frame; the robot's own if not given."""
-    lever: float = LEVER
-    """What turns an angle into an error in m."""
+    lever: float | None = None
+    """What turns an angle into an error in m. If not given it is 0.3 m for the paper's robot, and for others the same
+    share of what the hand's arm reaches."""
 
     def __post_init__(self) -> None:
         _keep_vectors(self, "direction", *(["pointing"] if self.pointing is not None else []))
         for name in ("direction", "pointing"):
             if getattr(self, name) is not None and np.linalg.norm(getattr(self, name)) < SHORTEST:
                 raise InvalidInput(name, getattr(self, name), f"a vector that is at least {SHORTEST:g} long")
-        object.__setattr__(self, "lever", checked_number("lever", self.lever, above=0.0))
+        if self.lever is not None:
+            object.__setattr__(self, "lever", checked_number("lever", self.lever, above=0.0))
 
     @property
     def rows(self) -> int:
         """3."""
         return 3
+
+    def lever_of(self, robot: Robot) -> float:
+        """Return what turns an angle into an error, m."""
+        return orientation_lever(robot, self.hand) if self.lever is None else self.lever
 
     def axis(self, robot: Robot) -> Array:
         """Return the unit vector (3,) in the hand's frame that has to point in the direction.
@@ -131,21 +144,21 @@ class DirectionTask:
     def error(self, state: State) -> Array:
         """Return e (3,), m."""
         axis = state.rotations[state.robot.hand(self.hand)] @ self.axis(state.robot)
-        error: Array = self.lever * (axis - _unit(self.direction))
+        error: Array = self.lever_of(state.robot) * (axis - _unit(self.direction))
         return error
 
     def jacobian(self, state: State) -> Array:
         """Return de/dq (3, n): -lever [R pointing]x J_w."""
         rows = _rows_of(state.robot.hand(self.hand))
         axis = state.rotations[rows.start // 3] @ self.axis(state.robot)
-        J: Array = -self.lever * pin.skew(axis) @ state.angular_jacobian[rows]
+        J: Array = -self.lever_of(state.robot) * pin.skew(axis) @ state.angular_jacobian[rows]
         return J
 
     def drift(self, state: State, velocity: Array) -> Array:
         """Return J_dot q_dot (3,), m/s^2."""
         _, angular, spin = hand_drift(state, self.hand, velocity)
         axis = state.rotations[state.robot.hand(self.hand)] @ self.axis(state.robot)
-        drift: Array = self.lever * (np.cross(angular, axis) + np.cross(spin, np.cross(spin, axis)))
+        drift: Array = self.lever_of(state.robot) * (np.cross(angular, axis) + np.cross(spin, np.cross(spin, axis)))
         return drift
 
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
 from humanoid_rail._native import engine
+from humanoid_rail.model.pair_distances import own_distances
 from humanoid_rail.model.robot import Robot
 
 if TYPE_CHECKING:
@@ -29,6 +30,7 @@ def native_robot(robot: Robot) -> _engine.Robot:
             robot.offset,
             hands,
             list(robot.self_collision_pairs),
+            own_distances(robot),
             robot.lower,
             robot.upper,
             robot.velocity_limit,

@@ -96,8 +96,9 @@ class Options:
 
     gain: float | Sequence[float] | Array = 1.0
     """Diagonal of K in 1/s: one number for all rows of the tasks, or one for each. Kept as a tuple."""
-    c_mu: float = 1.0
-    """Gain of the manipulability's gradient, 0 or more."""
+    c_mu: float | None = None
+    """Gain of the manipulability's gradient, 0 or more. If not given it is 1 for the paper's robot, and has the same
+    weight for other robots: it is the product of (2 m / reach)^3 over the arms that have targets."""
     c_kappa: float = 1.0
     """Gain of the penalties' gradient, 0 or more."""
     epsilon: float = 1.0

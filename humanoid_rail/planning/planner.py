@@ -132,6 +132,7 @@ def _result(
             evaluations=motion.evaluations,
             planning_time=time.perf_counter() - started,
             certification_time=certified - computed,
+            c_mu=method.gains.c_mu_of(robot),
         ),
     )
 
@@ -155,9 +156,12 @@ def judged(
         unproven = f"no clearance larger than {certificate.clearance_bound} m could be proven"
         found = certificate.contact or certificate.reason or unproven
         status, reason = Status.UNCERTIFIED, f"{reason}, but {found}"
-    nearest = certificate.clearance_bound
-    if nearest is not None and nearest < kept_distance - bound_resolution() - least_distance():
+    spare = bound_resolution() + least_distance()
+    nearest = certificate.kept_bound
+    if nearest is not None and nearest < kept_distance - spare:
         reason += f"; the safety distance of {kept_distance:g} m could not be kept everywhere"
+    elif certificate.clearance_bound is not None and certificate.clearance_bound < kept_distance - spare:
+        reason += "; only links with a distance of their own (pair_distances) are nearer than the safety distance"
     return status, reason
 
 

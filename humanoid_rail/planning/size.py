@@ -45,6 +45,6 @@ def size_hint(robot: Robot, method: PlanningMethod, status: Status) -> str:
     """Return what may help if a motion by eq. 4.9 does not arrive because arms are large; nothing otherwise."""
     longest = max(robot.arm_reaches)
     arrived = status not in (Status.STALLED, Status.TIME_LIMIT)
-    if arrived or longest < LARGE or not method.gains.c_mu > 0:
+    if arrived or longest < LARGE or not method.gains.c_mu:
         return ""
     return f"; c_mu = {method.gains.c_mu:g} is much for arms that reach {longest:.4g} m: try less, or auto"

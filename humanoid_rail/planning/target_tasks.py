@@ -9,7 +9,7 @@ import pinocchio as pin
 
 from humanoid_rail._arrays import triple
 from humanoid_rail.errors import InvalidInput
-from humanoid_rail.kinematics.task import LEVER, PointTask, Task
+from humanoid_rail.kinematics.task import PointTask, Task, orientation_lever
 from humanoid_rail.model.robot import Hand, Robot
 from humanoid_rail.scene.targets import ANY_AXIS, Pose, Step, direction, position
 
@@ -27,12 +27,14 @@ def tasks_of(robot: Robot, step: Step) -> tuple[Task, ...]:
         PointTask(hand.name, at, offset)
         for hand in robot.hands
         if isinstance(target := step[hand.name], Pose)
-        for offset, at in _further_points(hand, target)
+        for offset, at in _further_points(hand, target, orientation_lever(robot, hand.name))
     ]
     return (*points, *turned)
 
 
-def _further_points(hand: Hand, pose: Pose) -> Iterator[tuple[tuple[float, float, float], tuple[float, float, float]]]:
+def _further_points(
+    hand: Hand, pose: Pose, lever: float
+) -> Iterator[tuple[tuple[float, float, float], tuple[float, float, float]]]:
     """Yield offsets in a hand's frame and where the points there have to be, m.
 
     Raises:
@@ -44,8 +46,8 @@ def _further_points(hand: Hand, pose: Pose) -> Iterator[tuple[tuple[float, float
     place, along = np.array(pose.position), hand.pointing or ANY_AXIS
     pointing, towards = np.array(along) / np.linalg.norm(along), direction(pose, along)
     if towards is not None:
-        yield triple(-LEVER * pointing), triple(place - LEVER * towards)
+        yield triple(-lever * pointing), triple(place - lever * towards)
     if pose.rpy is not None:
         across = np.cross(pointing, np.eye(3)[abs(pointing).argmin()])
         across /= np.linalg.norm(across)
-        yield triple(-LEVER * across), triple(place - LEVER * pin.rpy.rpyToMatrix(*pose.rpy) @ across)
+        yield triple(-lever * across), triple(place - lever * pin.rpy.rpyToMatrix(*pose.rpy) @ across)

@@ -17,7 +17,7 @@ from humanoid_rail.kinematics.kinematics import Kinematics
 from humanoid_rail.kinematics.state import State
 from humanoid_rail.kinematics.task import Task
 from humanoid_rail.kinematics.task_stack import count_rows, stack_error, stack_jacobian
-from humanoid_rail.resolution.velocity import Gains, gradient_projection, lost_direction
+from humanoid_rail.resolution.velocity import Gains, gradient_projection, lost_direction, singular_value
 from humanoid_rail.result import Status
 
 if TYPE_CHECKING:
@@ -241,5 +241,5 @@ def _time_of_arrival(step: DenseOutput, distance: Callable[[float, Array], float
 
 def lost_error(state: State, tasks: Sequence[Task]) -> float:
     """Return how much of e lies in a direction that J has lost, m; 0 if there is none."""
-    lost = lost_direction(stack_jacobian(state, tasks))
+    lost = lost_direction(stack_jacobian(state, tasks), singular_value(state.robot))
     return 0.0 if lost is None else abs(float(lost @ stack_error(state, tasks)))

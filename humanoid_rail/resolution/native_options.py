@@ -10,10 +10,11 @@ import numpy as np
 from humanoid_rail._arrays import Array
 from humanoid_rail._native import engine
 from humanoid_rail.kinematics.native_tasks import StateAt
+from humanoid_rail.model.robot import Robot
 from humanoid_rail.resolution import integrate, qp
 from humanoid_rail.resolution.integrate import SINGULAR_TIME, Settings
 from humanoid_rail.resolution.qp import Safety, equality_rows
-from humanoid_rail.resolution.velocity import SINGULAR_VALUE, Gains, objective_velocity
+from humanoid_rail.resolution.velocity import Gains, objective_velocity, singular_value
 from humanoid_rail.result import Status
 
 if TYPE_CHECKING:
@@ -23,10 +24,11 @@ PROGRESS_TIME = 2.0
 """Among obstacles at rest a rollout has stalled after this long without progress, in time constants 1 / min(K)."""
 
 
-def native_gains(gains: Gains, rows: int, state_at: StateAt) -> _engine.Gains:
+def native_gains(robot: Robot, gains: Gains, rows: int, state_at: StateAt) -> _engine.Gains:
     """Return gains as the native engine has them; secondary objectives are called back.
 
     Args:
+        robot: The robot that they are for.
         gains: The gains.
         rows: The number of rows of the tasks.
         state_at: What an objective is given.
@@ -42,10 +44,10 @@ def native_gains(gains: Gains, rows: int, state_at: StateAt) -> _engine.Gains:
 
     native: _engine.Gains = engine().Gains(
         gain=gains.diagonal(rows),
-        c_mu=gains.c_mu,
+        c_mu=gains.c_mu_of(robot),
         c_kappa=gains.c_kappa,
         epsilon=gains.epsilon,
-        singular_value=SINGULAR_VALUE,
+        singular_value=singular_value(robot),
         objective=objective,
     )
     return native
@@ -69,7 +71,8 @@ def native_safety(safety: Safety, state_at: StateAt) -> _engine.Safety:
         distance=safety.safety_distance,
         gain=safety.damper_gain,
         horizon=safety.horizon,
-        target=safety.target,
+        margin_share=qp.MARGIN_SHARE,
+        least_margin=qp.LEAST_MARGIN,
         limit_gain=qp.LIMIT_GAIN,
         task_weight=qp.TASK_WEIGHT,
         least_rate=qp.LEAST_RATE,

@@ -39,7 +39,7 @@ def projected_velocity(kinematics: NativeKinematics, tasks: Sequence[Task], gain
     """
     state_at, velocity = kinematics.state_for_callback, kinematics.native.projection_velocity
     stack = native_tasks(kinematics.robot, tasks, state_at)
-    converted = native_gains(gains, stack.rows, state_at)
+    converted = native_gains(kinematics.robot, gains, stack.rows, state_at)
     return lambda q, t=0.0: velocity(q, t, stack, converted)
 
 
@@ -57,7 +57,7 @@ def constrained_velocity(
     """
     state_at, velocity = kinematics.state_for_callback, kinematics.native.velocity
     stack = native_tasks(kinematics.robot, tasks, state_at)
-    converted, limits = native_gains(gains, stack.rows, state_at), native_safety(safety, state_at)
+    converted, limits = native_gains(kinematics.robot, gains, stack.rows, state_at), native_safety(safety, state_at)
     return lambda q, t=0.0: velocity(q, t, stack, converted, limits, dt)
 
 
@@ -71,7 +71,7 @@ def integrate_natively(
     state_at, K = kinematics.state_for_callback, gains.diagonal(count_rows(tasks))
     stack = native_tasks(kinematics.robot, tasks, state_at)
     motion = kinematics.native.integrate(
-        start, stack, native_gains(gains, stack.rows, state_at), native_settings(settings, K)
+        start, stack, native_gains(kinematics.robot, gains, stack.rows, state_at), native_settings(settings, K)
     )
     status, t = status_of(motion.status), motion.t
     reason = explain(status, t[-1], motion.left, motion.evaluations, settings, motion.broken)

@@ -34,6 +34,7 @@ from humanoid_rail.errors import InvalidInput, checked_number
 from humanoid_rail.kinematics.state import Clearances, State
 from humanoid_rail.kinematics.task import Task
 from humanoid_rail.kinematics.task_stack import stack_jacobian
+from humanoid_rail.model.pair_distances import own_distances
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.resolution.velocity import LARGEST, Gains, gradient_projection
 
@@ -115,6 +116,16 @@ class Safety:
         """The distance that the dampers keep to, m."""
         return self.safety_distance + max(MARGIN_SHARE * self.safety_distance, LEAST_MARGIN)
 
+    def targets_of(self, own: Array) -> Array:
+        """Return the distances (P,) that the dampers of pairs of links keep to, m.
+
+        Args:
+            own: What pairs keep where that is less than the safety distance (P,), m; infinite where nothing is said.
+        """
+        near: Array = np.minimum(own + MARGIN_SHARE * own, self.target)
+        targets: Array = np.where(own < self.safety_distance, near, self.target)
+        return targets
+
 
 @dataclass(frozen=True, eq=False)
 class Constraints:
@@ -183,7 +194,10 @@ def constraints(robot: Robot, state: State, safety: Safety, dt: float) -> Constr
     fastest = np.minimum(robot.velocity_limit, FASTEST)
     upper = np.maximum(np.minimum(fastest, k_q * (robot.upper - state.q)), 0.0)
     lower = np.minimum(np.maximum(-fastest, k_q * (robot.lower - state.q)), 0.0)
-    dampers = [_dampers(pairs, safety, k) for pairs in (state.pieces, state.links)]
+    targets = np.full(state.pieces.distance.shape, safety.target), safety.targets_of(own_distances(robot))
+    dampers = [
+        _dampers(pairs, target, safety, k) for pairs, target in zip((state.pieces, state.links), targets, strict=True)
+    ]
     rows = np.vstack([rows for rows, _ in dampers])
     sides = np.concatenate([sides for _, sides in dampers])
     slowest = np.maximum(rows, 0.0) @ lower + np.minimum(rows, 0.0) @ upper
@@ -194,9 +208,9 @@ def constraints(robot: Robot, state: State, safety: Safety, dt: float) -> Constr
     return Constraints(lower, upper, rows[can_bind], sides[can_bind], equality_rows(state, safety))
 
 
-def _dampers(pairs: Clearances, safety: Safety, k: float) -> tuple[Array, Array]:
+def _dampers(pairs: Clearances, target: Array, safety: Safety, k: float) -> tuple[Array, Array]:
     near = pairs.distance <= safety.horizon
-    sides = -k * (pairs.distance[near] - safety.target) - pairs.rate[near]
+    sides = -k * (pairs.distance[near] - target[near]) - pairs.rate[near]
     return pairs.gradient[near], sides
 
 

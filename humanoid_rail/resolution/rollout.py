@@ -46,7 +46,11 @@ def rollout(
     """
     state_at, K = kinematics.state_for_callback, gains.diagonal(count_rows(tasks))
     stack = native_tasks(kinematics.robot, tasks, state_at)
-    converted = native_gains(gains, stack.rows, state_at), native_safety(safety, state_at), native_settings(settings, K)
+    converted = (
+        native_gains(kinematics.robot, gains, stack.rows, state_at),
+        native_safety(safety, state_at),
+        native_settings(settings, K),
+    )
     motion, overrun = kinematics.native.rollout(start, stack, *converted)
     contact = None if overrun is None else named_contact(kinematics.robot, kinematics.obstacles, overrun)
     status, t = status_of(motion.status), motion.t

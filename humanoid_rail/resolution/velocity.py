@@ -19,9 +19,12 @@ from humanoid_rail.errors import InvalidInput, checked_number
 from humanoid_rail.kinematics.state import State
 from humanoid_rail.kinematics.task import Task
 from humanoid_rail.kinematics.task_stack import stack_error, stack_jacobian
+from humanoid_rail.model.robot import Robot
+from humanoid_rail.model.scale import manipulability_gain, relative_reach
 
 SINGULAR_VALUE = 0.1
-"""The pseudo-inverse is damped where the smallest singular value of J is below this; elsewhere eq. 4.9 is exact."""
+"""The pseudo-inverse is damped where the smallest singular value of J is below this; elsewhere eq. 4.9 is exact. It is
+that of the paper's robot, m/rad; for others it is the same share of what the shortest arm reaches."""
 MAX_DAMPING = SINGULAR_VALUE / 2**0.5
 """The damping at a singularity bounds the norm of J# by 1 / SINGULAR_VALUE."""
 
@@ -46,8 +49,9 @@ class Gains:
 
     gain: float | Sequence[float] | Array = 1.0
     """Diagonal of K in 1/s: one number for all rows of the tasks, or one for each. Kept as a tuple."""
-    c_mu: float = 1.0
-    """Gain of the manipulability's gradient, 0 or more."""
+    c_mu: float | None = None
+    """Gain of the manipulability's gradient, 0 or more. If not given it is 1 for the paper's robot, and has the same
+    weight for other robots: it is the product of (2 m / reach)^3 over the arms."""
     c_kappa: float = 1.0
     """Gain of the penalties' gradient, 0 or more."""
     epsilon: float = 1.0
@@ -62,6 +66,8 @@ class Gains:
         diagonal = tuple(checked_number("gain", gain, above=0.0, most=LARGEST) for gain in gains)
         object.__setattr__(self, "gain", diagonal)
         for name in ("c_mu", "c_kappa", "epsilon"):
+            if name == "c_mu" and self.c_mu is None:
+                continue
             object.__setattr__(self, name, checked_number(name, getattr(self, name), least=0.0, most=LARGEST))
         if isinstance(self.objectives, str) or not isinstance(self.objectives, Sequence):
             raise InvalidInput("objectives", self.objectives, "a sequence of functions from a State to a velocity (n,)")
@@ -75,6 +81,10 @@ class Gains:
         """The names of the further secondary objectives; where one has no name, that of its class."""
         return tuple(getattr(objective, "__name__", type(objective).__name__) for objective in self.objectives)
 
+    def c_mu_of(self, robot: Robot) -> float:
+        """Return the gain of the manipulability's gradient for a robot."""
+        return manipulability_gain(robot) if self.c_mu is None else self.c_mu
+
     def diagonal(self, size: int) -> Array:
         """Return the diagonal of K (size,).
 
@@ -87,32 +97,37 @@ class Gains:
         return np.broadcast_to(diagonal, (size,)).copy()
 
 
-def damping(smallest_singular_value: float) -> float:
+def singular_value(robot: Robot) -> float:
+    """Return the smallest singular value of J from which on eq. 4.9 is exact, m/rad."""
+    return SINGULAR_VALUE * relative_reach(robot)
+
+
+def damping(smallest_singular_value: float, threshold: float = SINGULAR_VALUE) -> float:
     """Return the damping lambda: 0 except next to a singularity (the cases of the paper stay above 0.3).
 
     lambda^2 = lambda_max^2 (1 - (sigma_min / sigma_0)^2) below sigma_0, as Nakamura and Hanafusa (1986) vary it for the
     damped least squares of Wampler (1986).
     """
-    ratio = smallest_singular_value / SINGULAR_VALUE
-    return MAX_DAMPING * float(np.sqrt(1.0 - ratio**2)) if ratio < 1.0 else 0.0
+    ratio = smallest_singular_value / threshold
+    return threshold / 2**0.5 * float(np.sqrt(1.0 - ratio**2)) if ratio < 1.0 else 0.0
 
 
-def lost_direction(J: ArrayLike) -> Array | None:
+def lost_direction(J: ArrayLike, threshold: float = SINGULAR_VALUE) -> Array | None:
     """Return the unit vector (m,) along which the hands can hardly move; None away from singularities."""
     U, sigma, _ = np.linalg.svd(np.asarray(J, float), full_matrices=False)
-    share = sigma[-1] ** 2 / (sigma[-1] ** 2 + damping(sigma[-1]) ** 2)
+    share = sigma[-1] ** 2 / (sigma[-1] ** 2 + damping(sigma[-1], threshold) ** 2)
     lost: Array | None = U[:, -1] if share < LOST else None
     return lost
 
 
-def pseudoinverse(J: ArrayLike) -> Array:
+def pseudoinverse(J: ArrayLike, threshold: float = SINGULAR_VALUE) -> Array:
     """Return J# = J^T (J J^T + lambda^2 I)^-1 (n, m), with lambda = 0 except next to a singularity.
 
     Computed from J = U diag(sigma) V^T as V diag(sigma / (sigma^2 + lambda^2)) U^T, which keeps full precision where
     J J^T would lose half of it.
     """
     U, sigma, Vt = np.linalg.svd(np.asarray(J, float), full_matrices=False)
-    inverse = sigma / (sigma**2 + damping(sigma[-1]) ** 2)
+    inverse = sigma / (sigma**2 + damping(sigma[-1], threshold) ** 2)
     result: Array = (Vt.T * inverse) @ U.T
     return result
 
@@ -129,15 +144,16 @@ def null_space_projector(J: ArrayLike) -> Array:
     return projector
 
 
-def primary_velocity(J: ArrayLike, K: ArrayLike, e: ArrayLike) -> Array:
+def primary_velocity(J: ArrayLike, K: ArrayLike, e: ArrayLike, threshold: float = SINGULAR_VALUE) -> Array:
     """Return q_dot = -J# K e (n,), eq. 4.6.
 
     Args:
         J: Jacobian (m, n).
         K: Diagonal of the gain matrix (m,), 1/s.
         e: Error of the tasks (m,), m.
+        threshold: Smaller singular values of J are damped, m/rad.
     """
-    velocity: Array = -pseudoinverse(J) @ (np.asarray(K) * np.asarray(e))
+    velocity: Array = -pseudoinverse(J, threshold) @ (np.asarray(K) * np.asarray(e))
     return velocity
 
 
@@ -175,7 +191,7 @@ def secondary_velocity(state: State, gains: Gains) -> Array:
     """
     slope = penalty_derivative(state.clearance, gains.epsilon)
     penalty_gradient = np.einsum("lo,lon->n", slope, state.clearance_gradient)
-    velocity: Array = gains.c_mu * state.manipulability_gradient - gains.c_kappa * penalty_gradient
+    velocity: Array = gains.c_mu_of(state.robot) * state.manipulability_gradient - gains.c_kappa * penalty_gradient
     return velocity + objective_velocity(state, gains) if gains.objectives else velocity
 
 
@@ -201,5 +217,5 @@ def gradient_projection(state: State, tasks: Sequence[Task], gains: Gains) -> Ar
         gains: K, c_mu, c_kappa and the activation distance.
     """
     e, J = stack_error(state, tasks), stack_jacobian(state, tasks)
-    primary = primary_velocity(J, gains.diagonal(e.size), e)
+    primary = primary_velocity(J, gains.diagonal(e.size), e, singular_value(state.robot))
     return redundant_velocity(primary, J, secondary_velocity(state, gains))

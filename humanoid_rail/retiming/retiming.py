@@ -234,7 +234,8 @@ def _check_moving(robot: Robot, segments: Sequence[Array], limits: Limits) -> No
 
 def _wanted(trajectory: Trajectory) -> float:
     """Return the bound that a certificate has to come up to, m: the plan's, but no more than it was asked to keep."""
-    bound, asked = trajectory.clearance_bound, trajectory.method.kept_distance
+    certificate, asked = trajectory.certificate, trajectory.method.kept_distance
+    bound = None if certificate is None else certificate.kept_bound
     if bound is None or not trajectory.certified:
         return -np.inf
     return min(bound, np.inf if asked is None else asked) - bound_resolution()
@@ -268,7 +269,7 @@ def _certified_motion(
         began = time.perf_counter()
         certificate = certify(robot, scene.obstacles, t, q, velocity)
         motion = _Timed(t, q, velocity, acceleration, ends, certificate, time.perf_counter() - began)
-        bound = certificate.clearance_bound
+        bound = certificate.kept_bound
         if bound is None:  # there is nothing to touch, or nothing is known
             bound = np.inf if certificate.certified else -np.inf
         if best is None or bound > largest:

@@ -29,6 +29,7 @@ from humanoid_rail.kinematics.inverse_kinematics import InverseKinematics
 from humanoid_rail.kinematics.joint_limits import sampled
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.task_stack import count_rows
+from humanoid_rail.model.pair_distances import own_distances
 from humanoid_rail.problem import Problem
 from humanoid_rail.resolution.integrate import Integration, Settings
 from humanoid_rail.resolution.qp import Safety
@@ -253,11 +254,12 @@ def _smoothed(problem: Problem, search: PathSearch, beginning: Array, least: flo
     """
     robot, distance = problem.robot, search.distance
     assert search.best is not None
-    checker = EdgeChecker(robot, problem.obstacles, distance - min(SPARE / 2, LOOSE_SHARE * distance))
+    loose = distance - min(SPARE / 2, LOOSE_SHARE * distance)
+    checker = EdgeChecker(robot, problem.obstacles, loose, 1.0 - LOOSE_SHARE)
     path = round_corners(robot, np.vstack([beginning, search.best]), checker.is_edge_valid)
     if len(beginning):
         # Corners are left there, where no more can be asked for.
-        checker = EdgeChecker(robot, problem.obstacles, START_SHARE * least)
+        checker = EdgeChecker(robot, problem.obstacles, START_SHARE * least, START_SHARE)
         path = round_corners(robot, path, checker.is_edge_valid)
     return path, checker
 
@@ -269,9 +271,12 @@ def _first_clear(kinematics: NativeKinematics, motion: Array, distance: float) -
     is farthest is returned, and a little less than how far that is.
     """
     clearances: list[float] = []
+    own = own_distances(kinematics.robot)
     for q in motion:
         there = kinematics.measure(q, 0.0)
-        clearance = float(min(there.clearance.min(initial=np.inf), there.self_clearance.min(initial=np.inf)))
+        # Links that are as far apart as they themselves have to be do not hold up the others.
+        lacking = there.self_clearance[there.self_clearance < own]
+        clearance = float(min(there.clearance.min(initial=np.inf), lacking.min(initial=np.inf)))
         if clearance >= distance:
             return len(clearances), distance, min(clearances, default=np.inf)
         clearances.append(clearance)
@@ -287,4 +292,6 @@ def _objective(kinematics: NativeKinematics, gains: Gains, q: Array) -> float:
     """
     there = kinematics.measure(q, gains.epsilon)
     near = there.clearance[np.isfinite(there.clearance)]
-    return gains.c_mu * float(there.manipulability) - gains.c_kappa * float(penalty(near, gains.epsilon).sum())
+    return gains.c_mu_of(kinematics.robot) * float(there.manipulability) - gains.c_kappa * float(
+        penalty(near, gains.epsilon).sum()
+    )

@@ -23,6 +23,7 @@ from humanoid_rail.kinematics.state import State
 from humanoid_rail.kinematics.task import DirectionTask, PointTask, RelativeTask, Task
 from humanoid_rail.kinematics.task_stack import stack_error, stack_jacobian
 from humanoid_rail.model.collision_bodies import coal_placement
+from humanoid_rail.model.pair_distances import own_distances
 from humanoid_rail.model.robot import Hand, Robot
 from humanoid_rail.resolution.velocity import Gains
 from humanoid_rail.scene.obstacles import Obstacle, name_of
@@ -65,7 +66,9 @@ def blocked_target(
     targets = {task.hand: np.array(task.target, float) for task in tasks if _is_hand_at_point(task)}
     balls = {hand.name: _ball(robot, hand) for hand in robot.hands if hand.name in targets}
     request = coal.DistanceRequest()
-    for name, radius in balls.items():
+    for name, (radius, body) in balls.items():
+        if body < 0:
+            continue  # A point outside of all bodies, as between fingers, may be inside of what they hold.
         ball, center = coal.Sphere(max(radius, POINT)), coal.Transform3s(np.eye(3), targets[name])
         for i, obstacle in enumerate(obstacles):
             for shape, placement in placed_shapes(obstacle):
@@ -74,9 +77,10 @@ def blocked_target(
                     return f"the {name} hand at its target would {_near(clearance, name_of(obstacles, i), distance)}"
     for one, other in combinations(balls, 2):
         gap = float(np.linalg.norm(targets[one] - targets[other]))
-        clearance = gap - balls[one] - balls[other]
-        if clearance < distance - 2 * tolerance and _are_checked(robot, one, other):
-            near = _near(clearance, f"the {other} hand", distance)
+        clearance = gap - balls[one][0] - balls[other][0]
+        kept = _kept_apart(robot, balls[one][1], balls[other][1], distance)
+        if clearance < kept - 2 * tolerance:
+            near = _near(clearance, f"the {other} hand", kept)
             return f"with both at their targets, the {one} hand would {near}"
     return None
 
@@ -232,48 +236,50 @@ def _not_turned(judge: _Reach, tasks: Sequence[Task], together: float) -> str:
     turned = {hand: some for hand, some in turned.items() if any(map(_turns, some))}
     alone = {hand: judge.excess(some, TURNED, TURN_SEEDS) for hand, some in turned.items()}
     far = [
-        f"the {hand} hand is {_degrees(error, turned[hand])} deg from how it has to be turned"
+        f"the {hand} hand is {_degrees(judge.robot, error, turned[hand])} deg from how it has to be turned"
         for hand, error in alone.items()
         if error
     ]
     if far:
         return f"the targets are in reach, but there {', and '.join(far)}, or more"
-    left = f"{_degrees(together, of_hands)} deg are left, or more"
+    left = f"{_degrees(judge.robot, together, of_hands)} deg are left, or more"
     if len(turned) == 1:
         return f"the {next(iter(turned))} hand can be turned as it has to be, but not with the other tasks done: {left}"
     return f"each hand can be turned as it has to be, but not {'both' if len(turned) == 2 else 'all'} at once: {left}"
 
 
-def _degrees(error: float, tasks: Sequence[PointTask | DirectionTask]) -> str:
+def _degrees(robot: Robot, error: float, tasks: Sequence[PointTask | DirectionTask]) -> str:
     """Return by how much a hand is turned wrongly, or more, if tasks have that error in m.
 
     Turned by an angle, a hand at its target has each of its further points off by 2 lever sin(angle / 2), or less.
     """
-    levers = [task.lever if isinstance(task, DirectionTask) else float(np.linalg.norm(task.offset)) for task in tasks]
+    levers = [
+        task.lever_of(robot) if isinstance(task, DirectionTask) else float(np.linalg.norm(task.offset))
+        for task in tasks
+    ]
     return f"{np.rad2deg(2.0 * np.arcsin(min(1.0, error / (2.0 * float(np.linalg.norm(levers)))))):.2g}"
 
 
-def _ball(robot: Robot, hand: Hand) -> float:
-    """Return the radius of the largest ball around a hand's point that its body holds, m."""
+def _ball(robot: Robot, hand: Hand) -> tuple[float, int]:
+    """Return the radius of the largest ball around a hand's point that a body holds, m, and the body, or -1."""
     frame = robot.model.frames[robot.model.getFrameId(hand.frame)]
     point = coal.Sphere(POINT)
     center = coal.Transform3s(np.eye(3), frame.placement.translation)
-    radius = 0.0
-    for body in robot.collision_model.geometryObjects:
+    radius, holds = 0.0, -1
+    for i, body in enumerate(robot.collision_model.geometryObjects):
         if body.parentJoint == frame.parentJoint:
             placement = coal_placement(body.placement)
             result = coal.DistanceResult()
             distance = coal.distance(point, center, body.geometry, placement, coal.DistanceRequest(), result)
-            radius = max(radius, -float(distance))
-    return radius
+            if -float(distance) > radius:
+                radius, holds = -float(distance), i
+    return radius, holds
 
 
-def _are_checked(robot: Robot, one: str, other: str) -> bool:
-    """Return whether two hands' bodies must not touch."""
-    joints = {hand.name: robot.model.frames[robot.model.getFrameId(hand.frame)].parentJoint for hand in robot.hands}
-    bodies = robot.collision_model.geometryObjects
-    checked = {frozenset((bodies[a].parentJoint, bodies[b].parentJoint)) for a, b in robot.self_collision_pairs}
-    return frozenset((joints[one], joints[other])) in checked
+def _kept_apart(robot: Robot, one: int, other: int, distance: float) -> float:
+    """Return how far apart two bodies are kept, m; minus infinity if they are not checked against each other."""
+    pairs = zip(robot.self_collision_pairs, own_distances(robot), strict=True)
+    return max((min(distance, float(own)) for pair, own in pairs if {*pair} == {one, other}), default=-np.inf)
 
 
 def _near(clearance: float, what: str, distance: float) -> str:

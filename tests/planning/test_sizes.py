@@ -56,7 +56,7 @@ def test_options_too_large_for_the_arms_are_refused(option: str, most: float) ->
 
 def test_large_arms_are_told_that_manipulability_outweighs_the_task() -> None:
     robot, scene = scaled_robot(10.0), scaled_scene(10.0)
-    stalled = plan(robot, scene, SafeVelocity(tolerance=0.1, epsilon=10.0))
+    stalled = plan(robot, scene, SafeVelocity(tolerance=0.1, epsilon=10.0, c_mu=1.0))
     assert stalled.status == "stalled"
     assert "c_mu = 1 is much for arms that reach 20 m" in stalled.reason
     assert plan(robot, scene, SafeVelocity(tolerance=0.1, c_mu=0.0, c_kappa=0.0)).status == "reached"

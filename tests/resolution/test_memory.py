@@ -77,7 +77,7 @@ kinematics = NativeKinematics(robot, obstacles)
 # Not singularities: there Eigen's SVD does.
 q = plan_case(robot, 1).q[::4]
 assert kinematics.along(q).clearance.min() < 0
-gains = native_gains(Gains(epsilon=3.0), 6, kinematics.state)
+gains = native_gains(robot, Gains(epsilon=3.0), 6, kinematics.state)
 tasks = native_tasks(robot, [PointTask(hand, (1.0, 1.0, 1.0)) for hand in robot.hand_names], kinematics.state)
 found = []
 for repeats in (1, 11, 21):

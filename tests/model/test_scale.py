@@ -1,0 +1,74 @@
+"""Numbers that suit robots of other sizes, and are the paper's for the paper's robot."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import plan, points
+
+from humanoid_rail import DirectionTask, Gains, Kinematics, NativeKinematics, Robot, Scene, load_robot
+from humanoid_rail.io.trajectory_files import read_trajectory, write_trajectory
+from humanoid_rail.kinematics.task import LEVER, orientation_lever
+from humanoid_rail.model.scale import manipulability_gain, relative_reach
+from humanoid_rail.resolution.native_velocity import projected_velocity
+from humanoid_rail.resolution.velocity import SINGULAR_VALUE, gradient_projection, singular_value
+
+
+def test_for_the_papers_robot_nothing_changes(robot: Robot) -> None:
+    assert manipulability_gain(robot) == 1.0
+    assert relative_reach(robot) == 1.0
+    assert singular_value(robot) == SINGULAR_VALUE
+    assert [orientation_lever(robot, hand) for hand in robot.hand_names] == [LEVER, LEVER]
+    assert Gains().c_mu_of(robot) == 1.0
+    one = replace(robot, hands=robot.hands[:1])
+    assert Gains().c_mu_of(one) == 1.0
+
+
+def test_what_is_given_stays(robot: Robot) -> None:
+    small = smaller(robot, 0.25)
+    assert Gains(c_mu=0.7).c_mu_of(small) == 0.7
+    assert DirectionTask("left", (1.0, 0.0, 0.0), lever=0.2).lever_of(small) == 0.2
+
+
+def smaller(robot: Robot, scale: float) -> Robot:
+    """Return a robot all of whose lengths are so many times as large; the rail is as long as before."""
+    model = robot.model.copy()
+    for joint in range(1, model.njoints):
+        placement = model.jointPlacements[joint]
+        placement.translation = scale * placement.translation
+        model.jointPlacements[joint] = placement
+    for i, frame in enumerate(model.frames):
+        placement = frame.placement
+        placement.translation = scale * placement.translation
+        model.frames[i].placement = placement
+    return replace(robot, model=model, self_collision_pairs=())
+
+
+@pytest.mark.parametrize("scale", [0.125, 0.5, 4.0])
+def test_manipulability_moves_robots_of_all_sizes_alike(robot: Robot, rng: np.random.Generator, scale: float) -> None:
+    other = smaller(robot, scale)
+    assert other.arm_reaches == pytest.approx([2.0 * scale] * 2)
+    for _ in range(5):
+        q = rng.uniform(robot.lower, robot.upper)
+        expected = Gains().c_mu_of(robot) * Kinematics(robot).state(q).manipulability_gradient
+        found = Gains().c_mu_of(other) * Kinematics(other).state(q).manipulability_gradient
+        np.testing.assert_allclose(found[1:], expected[1:], atol=1e-9)  # the rail is not a joint of an arm
+        # Both engines have the same numbers.
+        hands = Kinematics(other).state(q).hands
+        targets = points(hands + 0.1 * scale)
+        native = projected_velocity(NativeKinematics(other), targets, Gains())(q)
+        python = gradient_projection(Kinematics(other).state(q), targets, Gains())
+        np.testing.assert_allclose(native, python, rtol=1e-6, atol=1e-6 * abs(python).max())
+
+
+def test_the_summary_says_what_was_used(tmp_path: Path, free: Scene) -> None:
+    robot = load_robot()
+    found = plan(robot, free, "gradient-projection", dt=0.05)
+    assert found.summary()["c_mu"] == 1.0
+    write_trajectory(found, tmp_path)
+    back = read_trajectory(tmp_path)
+    assert back.method == found.method
+    assert back.summary()["c_mu"] == 1.0
