@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
+from humanoid_rail._files import check_folder
 from humanoid_rail.errors import InvalidInput
 from humanoid_rail.geometry.mesh_files import WITHOUT_REFERENCES, off_bytes, read_triangles
-from humanoid_rail.io.files import check_folder
 from humanoid_rail.io.trajectory_files import TRAJECTORY_FILES, read_trajectory, write_trajectory
 from humanoid_rail.model.humanoid import paper_robot
 from humanoid_rail.model.robot import Robot

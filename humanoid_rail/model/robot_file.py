@@ -111,12 +111,16 @@ class RobotFile(Frozen):
     """Where joints stand that do not move. Those not named here stand at 0, or at their limit next to it."""
     locked_joints: Names = ()
     """Joints that do not move, whatever else."""
+    locked_already: Positions = Field(default_factory=dict)
+    """Joints of the original that are fixed in this URDF, and where they stand: written by `robot.save`."""
     continuous_joints_within: Annotated[tuple[Number, Number], BeforeValidator(plain)] = (-FULL_TURN, FULL_TURN)
     """Joints without end are kept within this, rad."""
     limits: dict[str, LimitEntry] = Field(default_factory=dict)
     """Limits by joint, instead of those of the URDF."""
     acceleration_time: Positive | None = None
     """Joints without a limit of acceleration get one by which they reach their speed limit in this time, s."""
+    as_written: bool = False
+    """Whether the limits of the URDF are taken as they are, with none assumed: written by `robot.save`."""
     postures: dict[str, Positions] = Field(default_factory=dict)
     """Postures by name, beside those of the SRDF."""
     initial: Annotated[str | Positions | tuple[Number, ...], BeforeValidator(plain)] | None = None
@@ -128,6 +132,8 @@ class RobotFile(Frozen):
     """Pairs of links that are not checked against each other, or kept nearer than others."""
     decomposed: Names | None = None
     """Links whose meshes are cut into convex pieces; those whose hulls cost freedom if not given."""
+    assumed: Names = ()
+    """What was found or assumed before this file was written, in sentences."""
 
 
 def read_robot_file(path: str | Path) -> RobotFile:
