@@ -154,6 +154,7 @@ def _robot_file(robot: Robot, urdf: str, left_out: Mapping[frozenset[str], str])
         },
         "assumed": list(robot.assumed),
     }
+    yaml: Any
     yaml, text = YAML(typ="safe", pure=True), io.StringIO()
     yaml.default_flow_style, yaml.sort_base_mapping_type_on_output, yaml.width = None, False, 120
     yaml.allow_unicode = True
