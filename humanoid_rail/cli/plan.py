@@ -69,7 +69,7 @@ PAGE = "playback.html"
     "lengths",
     multiple=True,
     metavar="NAME=VALUE",
-    help="Any argument of the paper's robot: see humanoid-rail urdf -h.",
+    help="Any argument of the paper's robot: see the command urdf.",
 )
 @click.option("--out", help="Folder for the trajectory, the scene, the robot and a page that plays it back.")
 @click.option("--page/--no-page", default=True, help="Of --out: whether to write the page  [yes]")

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import BeforeValidator, Field, ValidationError
+from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationError
 
 from humanoid_rail._validation import Frozen, Number, Positive, Vector, invalid_input, plain
 from humanoid_rail._yaml import parse_yaml
@@ -22,6 +22,21 @@ ELSEWHERE = "every other joint, at 0"
 Names = Annotated[tuple[str, ...], BeforeValidator(plain)]
 Positions = dict[str, Number]
 """Positions of joints by their names, m and rad."""
+
+
+def _kind_of_start(value: object) -> str:
+    if isinstance(value, str):
+        return "<posture>"
+    return "<positions>" if isinstance(value, Mapping) else "<numbers>"
+
+
+Start = Annotated[
+    Annotated[str, Tag("<posture>")]
+    | Annotated[Positions, Tag("<positions>")]
+    | Annotated[tuple[Number, ...], BeforeValidator(plain), Tag("<numbers>")],
+    Discriminator(_kind_of_start),
+]
+"""Where motions start: the name of a posture, positions by joint, or all positions; m and rad."""
 
 
 def _in_words(value: object) -> object:
@@ -107,7 +122,7 @@ class RobotFile(Frozen):
     """The hands by name; found by itself if not given."""
     joints: Names | None = None
     """The joints that move; those that a hand needs if not given."""
-    locked: Annotated[Positions, BeforeValidator(_in_words)] = Field(default_factory=dict)
+    locked: Annotated[Positions, BeforeValidator(_in_words, json_schema_input_type=Positions | str)] = Field(default_factory=dict)
     """Where joints stand that do not move. Those not named here stand at 0, or at their limit next to it."""
     locked_joints: Names = ()
     """Joints that do not move, whatever else."""
@@ -123,7 +138,7 @@ class RobotFile(Frozen):
     """Whether the limits of the URDF are taken as they are, with none assumed: written by `robot.save`."""
     postures: dict[str, Positions] = Field(default_factory=dict)
     """Postures by name, beside those of the SRDF."""
-    initial: Annotated[str | Positions | tuple[Number, ...], BeforeValidator(plain)] | None = None
+    initial: Start | None = None
     """Where motions start unless a scene says otherwise: a posture's name, positions by joint (of the others as by
     itself), or all of them. Found by itself if not given."""
     base: BaseEntry = BaseEntry()

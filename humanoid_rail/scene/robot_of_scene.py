@@ -7,7 +7,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, ValidationInfo
+from pydantic import BeforeValidator, Discriminator, Tag, ValidationInfo
 
 from humanoid_rail.model.library import FILES, load_robot, robots
 from humanoid_rail.model.loading import robot_of
@@ -40,7 +40,16 @@ def _path(folder: Path, said: Any) -> Any:
     return str(folder / said) if is_there or Path(said).suffix in (*SUFFIXES, *FILES, ".srdf") else said
 
 
-SceneRobot = Annotated[str | RobotFile, BeforeValidator(_placed)]
+def _kind_of_robot(value: object) -> str:
+    return "<name>" if isinstance(value, str) else "<robot file>"
+
+
+SceneRobot = Annotated[
+    Annotated[
+        Annotated[str, Tag("<name>")] | Annotated[RobotFile, Tag("<robot file>")], Discriminator(_kind_of_robot)
+    ],
+    BeforeValidator(_placed),
+]
 """What a scene says of its robot."""
 
 

@@ -14,12 +14,12 @@ from pydantic import BeforeValidator, Field, ValidationError
 
 from humanoid_rail._arrays import Array, frozen
 from humanoid_rail._resources import resource
-from humanoid_rail._validation import Frozen, Number, invalid_input, plain
+from humanoid_rail._validation import Frozen, invalid_input, plain
 from humanoid_rail._yaml import parse_yaml
 from humanoid_rail.errors import MISSING, InvalidInput, did_you_mean
 from humanoid_rail.model.position_limits import within_position_limits
 from humanoid_rail.model.robot import Robot
-from humanoid_rail.model.robot_file import Positions
+from humanoid_rail.model.robot_file import Start
 from humanoid_rail.scene.obstacles import Obstacle
 from humanoid_rail.scene.robot_of_scene import SceneRobot, load_named_robot
 from humanoid_rail.scene.targets import Step, Targets, position
@@ -40,7 +40,7 @@ class Scene(Frozen):
     robot: SceneRobot | None = None
     """The robot it is for: a name, a path relative to the scene file, or the fields of a robot file; the paper's if not
     given. In Python :func:`load_robot_of_scene` loads it."""
-    initial: Annotated[str | Positions | tuple[Number, ...], BeforeValidator(plain)] | None = None
+    initial: Start | None = None
     """The start, m and rad: one number for each actuated joint (n,), the name of a posture of the robot, or positions
     by joint, where the others stand at the robot's own start, as all do if it is not given."""
     targets: Targets
