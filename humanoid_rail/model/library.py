@@ -15,7 +15,7 @@ from humanoid_rail.errors import InvalidInput, did_you_mean
 from humanoid_rail.model.humanoid import RobotArguments, argument_parameters, build_urdf, paper_robot, xacro_arguments
 from humanoid_rail.model.loading import robot_of
 from humanoid_rail.model.robot import Hand, Robot
-from humanoid_rail.model.robot_file import NAME, RobotFile, make_robot_file, read_robot_file
+from humanoid_rail.model.robot_file import IN_FILES_ONLY, NAME, RobotFile, make_robot_file, read_robot_file
 from humanoid_rail.model.sources import SUFFIXES
 
 FILES = (".yaml", ".yml", ".json")
@@ -95,8 +95,8 @@ def load_robot(source: str | Path | None = None, **arguments: Any) -> Robot:
             raise InvalidInput(wrong[0], arguments[wrong[0]], f"beside the source of a robot; {PAPER} has its own")
         return paper_robot(build_urdf(**arguments))
     for name in arguments:
-        if name not in RobotFile.model_fields or name == "urdf":
-            known = [field for field in RobotFile.model_fields if field != "urdf"]
+        known = [field for field in RobotFile.model_fields if field not in IN_FILES_ONLY]
+        if name not in known:
             valid = f"an argument of a robot file{did_you_mean(name, known)}: {', '.join(known)}"
             if name in xacro_arguments():
                 valid = f"without a source: it is an argument of the paper's robot. {valid}"

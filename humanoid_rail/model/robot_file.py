@@ -14,6 +14,8 @@ from humanoid_rail.errors import InvalidInput
 
 NAME = "robot.yaml"
 """The robot file of a folder has this name."""
+IN_FILES_ONLY = ("urdf", "locked_already", "as_written", "assumed")
+"""These fields are no arguments of `load_robot`: its source, and what `robot.save` writes."""
 FULL_TURN = 6.283185307179586
 """Continuous joints are kept within this of 0 unless a robot file says otherwise, rad."""
 ELSEWHERE = "every other joint, at 0"
