@@ -124,7 +124,9 @@ class RobotFile(Frozen):
     """The hands by name; found by itself if not given."""
     joints: Names | None = None
     """The joints that move; those that a hand needs if not given."""
-    locked: Annotated[Positions, BeforeValidator(_in_words, json_schema_input_type=Positions | str)] = Field(default_factory=dict)
+    locked: Annotated[Positions, BeforeValidator(_in_words, json_schema_input_type=Positions | str)] = Field(
+        default_factory=dict
+    )
     """Where joints stand that do not move. Those not named here stand at 0, or at their limit next to it."""
     locked_joints: Names = ()
     """Joints that do not move, whatever else."""

@@ -45,9 +45,7 @@ def _kind_of_robot(value: object) -> str:
 
 
 SceneRobot = Annotated[
-    Annotated[
-        Annotated[str, Tag("<name>")] | Annotated[RobotFile, Tag("<robot file>")], Discriminator(_kind_of_robot)
-    ],
+    Annotated[Annotated[str, Tag("<name>")] | Annotated[RobotFile, Tag("<robot file>")], Discriminator(_kind_of_robot)],
     BeforeValidator(_placed),
 ]
 """What a scene says of its robot."""
