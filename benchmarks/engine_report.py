@@ -17,10 +17,10 @@ from benchmarks.engine import measure_batch, measure_evaluation, measure_obstacl
 from benchmarks.limits import broken
 from benchmarks.machine import machine
 from benchmarks.stopwatch import Figure, Ratio
+from humanoid_rail._files import check_folder
 from humanoid_rail._native import engine
 from humanoid_rail.cli.console import check_least, console, print_table, run
 from humanoid_rail.errors import HumanoidRailError
-from humanoid_rail.io.files import check_folder
 from humanoid_rail.progress import progress
 
 TIME_COLUMNS = ("measured", "median", "quartiles")

@@ -24,9 +24,9 @@ from benchmarks.evaluation import (
 )
 from benchmarks.machine import machine
 from benchmarks.planners import EVERY, FAILED, make_planner
+from humanoid_rail._files import check_folder
 from humanoid_rail.cli.console import Command, console, print_table, run
 from humanoid_rail.errors import InvalidInput
-from humanoid_rail.io.files import check_folder
 from humanoid_rail.model.library import load_robot
 from humanoid_rail.planning.methods import METHODS
 from humanoid_rail.progress import progress, progress_bar

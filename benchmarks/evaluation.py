@@ -15,7 +15,7 @@ from humanoid_rail.errors import MISSING, InvalidInput
 from humanoid_rail.kinematics.path_metric import path_quality
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.result import Status
-from humanoid_rail.scene.scene import Scene, check_scene, is_of_a_scene, load_scene
+from humanoid_rail.scene.scene import Scene, check_scene, is_of_a_scene, load_scene, start_of_scene
 
 SUFFIXES = (".json", ".yaml", ".yml")
 """Scene files have one of these suffixes."""
@@ -181,7 +181,7 @@ def attempt(planner: Planner, robot: Robot, scene: Scene) -> Motion:
         if not is_of_a_scene(error):
             raise
         planning_time = time.perf_counter() - started
-        start = np.array(robot.initial if scene.initial is None else scene.initial)
+        start = np.array(start_of_scene(robot, scene))
         return Motion(np.zeros(1), start[None], FAILED, str(error), NOTHING_PROVEN, (), planning_time)
 
 

@@ -25,7 +25,7 @@ from humanoid_rail.model.robot import Robot
 from humanoid_rail.resolution.qp import PRECISION
 from humanoid_rail.result import Status
 from humanoid_rail.scene.obstacles import is_moving
-from humanoid_rail.scene.scene import Scene, target_points
+from humanoid_rail.scene.scene import Scene, start_of_scene, target_points
 from humanoid_rail.scene.shapes import placed_shapes
 
 SOLVER = "daqp"
@@ -91,7 +91,7 @@ class Pink:
         if bodies and safety_distance is not None:
             for pair in robot.self_collision_pairs:
                 bodies.addCollisionPair(pin.CollisionPair(*pair))
-        start = np.array(robot.initial if scene.initial is None else scene.initial, float)
+        start = np.array(start_of_scene(robot, scene))
         self.configuration = pink.Configuration(
             self.model,
             self.model.createData(),

@@ -19,7 +19,7 @@ from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.path_metric import PathQuality, path_quality, speed_units
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.result import Status
-from humanoid_rail.scene.scene import Scene, target_points
+from humanoid_rail.scene.scene import Scene, start_of_scene, target_points
 from humanoid_rail.search.smoothing import time_path
 
 GOALS = 10
@@ -127,7 +127,7 @@ def plan_by_rrt_connect(
         max_time: How long to look, s.
     """
     began = time.perf_counter()
-    start = np.array(robot.initial if scene.initial is None else scene.initial, float)
+    start = np.array(start_of_scene(robot, scene))
     textbook = _Textbook(robot, scene, seed)
     tried = 0
     for _ in range(MOST_STARTS):

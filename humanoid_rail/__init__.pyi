@@ -24,7 +24,7 @@ from .resolution.velocity import Gains
 from .result import Motion, Peak, Provenance, Retiming, Samples, Status, Timing, Verdict
 from .retiming.retiming import retime
 from .scene.obstacles import Box, Capsule, HalfSpace, Mesh, Sphere
-from .scene.scene import Scene, load_scene, make_scene
+from .scene.scene import Scene, load_robot_of_scene, load_scene, make_scene
 from .scene.targets import Pose
 from .trajectory import Trajectory
 
@@ -72,6 +72,7 @@ __all__ = [
     "build_urdf",
     "export",
     "load_robot",
+    "load_robot_of_scene",
     "load_scene",
     "make_scene",
     "paper_scene",

@@ -1,4 +1,4 @@
-"""Write the files that are made from others: the built URDF, the JSON Schema of scenes, the types of the extension."""
+"""Write the files that are made from others: the built URDF, the JSON Schemas of scenes and robots, the types of the extension."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from nanobind.stubgen import StubGen
 
 from humanoid_rail import build_urdf, load_robot
 from humanoid_rail._native import engine
-from humanoid_rail.scene.schema import scene_schema
+from humanoid_rail.scene.schema import robot_schema, scene_schema
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -21,6 +21,7 @@ def generated() -> dict[Path, str]:
         Path("robots/humanoid_rail.urdf"): build_urdf(),
         Path("humanoid_rail/_engine.pyi"): engine_types(),
         Path("humanoid_rail/scene.schema.json"): json.dumps(scene_schema(load_robot()), indent=2) + "\n",
+        Path("humanoid_rail/robot.schema.json"): json.dumps(robot_schema(), indent=2) + "\n",
     }
 
 

@@ -14,8 +14,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from humanoid_rail import HumanoidRailError, Status, load_robot
+from humanoid_rail._files import check_file, check_folder, write_files
 from humanoid_rail.cli.console import console, print_table, run
-from humanoid_rail.io.files import check_file, check_folder, write_files
 from humanoid_rail.paper.cases import (
     CASES,
     OPTIONS,

@@ -12,8 +12,8 @@ import click
 from playwright.sync_api import Page, sync_playwright
 
 from humanoid_rail import HumanoidRailError, load_robot, load_scene, paper_scene, plan, plan_case, retime
+from humanoid_rail._files import check_file, write_file
 from humanoid_rail.cli.console import console, run
-from humanoid_rail.io.files import check_file, write_file
 from humanoid_rail.viewer.playback import playback_html
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")

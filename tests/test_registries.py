@@ -25,7 +25,7 @@ from humanoid_rail.scene.shapes import placed_shapes
 
 needs_engine = pytest.mark.skipif(why_no_engine() is not None, reason="there is no native engine")
 
-NO_COMMANDS = {"__init__", "console", "plan_folder_options", "plan_options", "report", "streams"}
+NO_COMMANDS = {"__init__", "console", "plan_folder_options", "plan_options", "report", "robot_options", "streams"}
 """The modules of cli/ that commands share."""
 TASKS = {
     "PointTask": ("left", (1.0, 2.0, 3.0)),

@@ -163,7 +163,7 @@ def write_table(name: str, columns: Sequence[str], rows: Sequence[Sequence[str]]
         InvalidInput: If the file does not have the marks.
     """
     # Imported here: the help needs nothing of it.
-    from humanoid_rail.io.files import write_file
+    from humanoid_rail._files import write_file
 
     lines = [columns, ["---"] * len(columns), *rows]
     markdown = "\n".join(f"| {' | '.join(line)} |" for line in lines)

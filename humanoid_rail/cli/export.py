@@ -9,6 +9,7 @@ import click
 from humanoid_rail.cli.console import Command, console
 from humanoid_rail.cli.plan_folder_options import GROUP, reads_a_plan
 from humanoid_rail.cli.report import NO_ENGINE, why_not_certified
+from humanoid_rail.cli.robot_options import RobotOptions
 from humanoid_rail.errors import EngineMissing
 from humanoid_rail.io.export import FORMATS, check_out, export
 from humanoid_rail.io.plan_folder import Plan, read_plan
@@ -39,10 +40,10 @@ class _Export(Command):
 @click.option(
     "--passive/--no-passive", default=False, help="Passive joints too, in the formats of ROS.", show_default=True
 )
-def command(folder: str, scene_file: str | None, robot_file: str | None, format: str, out: str, passive: bool) -> None:
+def command(folder: str, scene_file: str | None, robot: RobotOptions, format: str, out: str, passive: bool) -> None:
     """Write the plan in FOLDER, as `plan --out` wrote it, in a format of other tools."""
     check_out(format, out)
-    plan = read_plan(folder, scene_file, robot_file)
+    plan = read_plan(folder, scene_file, **robot)
     written = export(plan.trajectory, plan.robot, plan.scene, format, out, passive=passive)
     for fault in _faults(plan):
         console().print(f"Warning: {fault}", soft_wrap=True)

@@ -22,10 +22,12 @@ from humanoid_rail.cli.plan_options import (
 )
 from humanoid_rail.cli.play import play_back
 from humanoid_rail.cli.report import report_plan
+from humanoid_rail.cli.robot_options import RobotOptions, takes_a_robot
 from humanoid_rail.cli.urdf import numbers_by_name
 from humanoid_rail.errors import InvalidInput, checked_number
+from humanoid_rail.io.carried_robot import given_robot
 from humanoid_rail.io.plan_folder import Plan, check_plan_folder, write_plan
-from humanoid_rail.model.library import load_robot
+from humanoid_rail.model.library import PAPER, load_robot
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.paper.cases import case_method, paper_scene
 from humanoid_rail.planning.methods import METHODS, GradientProjection
@@ -34,7 +36,7 @@ from humanoid_rail.planning.planner import plan
 from humanoid_rail.progress import progress
 from humanoid_rail.result import Status
 from humanoid_rail.retiming.retiming import LEAST_SPEED, retime
-from humanoid_rail.scene.scene import Scene, is_of_a_scene, load_scene
+from humanoid_rail.scene.scene import Scene, is_of_a_scene, load_robot_of_scene, load_scene
 from humanoid_rail.trajectory import Trajectory
 from humanoid_rail.viewer.playback import playback_html
 
@@ -60,13 +62,14 @@ PAGE = "playback.html"
 @click.option("--speed", type=float, help="Of --retime: share of the velocity limits; 0.5 takes twice as long  [1]")
 @click.option("--jerk-limit", type=float, help="Of --retime, m/s^3 and rad/s^3  [the robot's]")
 @click.option("--dwell", type=float, help="Of --retime: rest at each target before the next, s  [0]")
-@click.option("--link-radius", type=float, help="Radius of the collision capsules, m  [0.05]")
+@takes_a_robot
+@click.option("--link-radius", type=float, help="Of the paper's robot: radius of the collision capsules, m  [0.05]")
 @click.option(
     "--set",
     "lengths",
     multiple=True,
     metavar="NAME=VALUE",
-    help="Any argument of the robot: see humanoid-rail urdf -h.",
+    help="Any argument of the paper's robot: see the command urdf.",
 )
 @click.option("--out", help="Folder for the trajectory, the scene, the robot and a page that plays it back.")
 @click.option("--page/--no-page", default=True, help="Of --out: whether to write the page  [yes]")
@@ -76,6 +79,7 @@ def command(
     case: int | None,
     method: str | None,
     retimed: bool,
+    robot: RobotOptions,
     link_radius: float | None,
     lengths: tuple[str, ...],
     out: str | None,
@@ -84,6 +88,8 @@ def command(
     **options: Any,
 ) -> int:
     """Plan a motion of both hands to the targets of SCENE (YAML or JSON; without one, scenes/paper.yaml).
+
+    The robot is that of --robot, else the one that SCENE names, else the paper's.
 
     The result is printed, and played back if there is a display. --out keeps it in a folder for `play`, `verify` and
     `export`. The motion has the method's own timing, which starts at full speed; --retime gives it one for a drive.
@@ -96,19 +102,41 @@ def command(
         check_plan_folder(out, [PAGE] if page else [])
     retiming = _checked_retiming(retimed, {name: options.pop(name) for name in RETIMING})
     chosen = method_of(method, options) if case is None else _of_case(case, method, options)
-    robot = load_robot(**numbers_by_name([*lengths, *([] if link_radius is None else [f"link_radius={link_radius}"])]))
+    arguments = numbers_by_name([*lengths, *([] if link_radius is None else [f"link_radius={link_radius}"])])
     scene = load_scene(scene_file) if scene_file is not None else paper_scene()
+    model = _robot(robot, scene, case, arguments)
     try:
         with progress("planning"):
-            trajectory = plan(robot, scene, chosen)
+            trajectory = plan(model, scene, chosen)
             if retimed:
-                trajectory = retime(trajectory, robot, scene, max_time=options["max_time"], **retiming)
+                trajectory = retime(trajectory, model, scene, max_time=options["max_time"], **retiming)
     except InvalidInput as error:
         if is_of_a_scene(error):
             error.source = scene_file  # the scene is sound in itself but not one for this robot
         raise
-    _show(robot, scene, trajectory, _title(case, scene, chosen), out, page, view)
+    _show(model, scene, trajectory, _title(case, scene, chosen), out, page, view)
     return 0 if trajectory.status is Status.REACHED else 1
+
+
+def _robot(asked: RobotOptions, scene: Scene, case: int | None, arguments: dict[str, float]) -> Robot:
+    """Return the robot that is asked for, else that of the scene, else the paper's.
+
+    Raises:
+        InvalidInput: If it is not there, or arguments of the paper's robot are given for another one.
+    """
+    source = asked["robot_file"] if asked["robot_file"] is not None else scene.robot
+    if case is not None and asked["robot_file"] is not None:
+        raise InvalidInput("robot", source, "no robot beside --case, which is about the paper's")
+    if source is None or (source == PAPER and asked["srdf"] is None and not asked["packages"]):
+        return load_robot(**arguments)
+    if arguments:
+        name, value = next(iter(arguments.items()))
+        raise InvalidInput(name, value, "no argument of the paper's robot, as --robot or the scene names another one")
+    return (
+        load_robot_of_scene(scene)
+        if asked["robot_file"] is None
+        else given_robot(asked["robot_file"], asked["srdf"], asked["packages"])
+    )
 
 
 def _of_case(case: int, method: str | None, options: dict[str, Any]) -> PlanningMethod:

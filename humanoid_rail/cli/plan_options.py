@@ -8,6 +8,7 @@ from typing import Any
 
 import click
 
+from humanoid_rail.cli.robot_options import NAMES
 from humanoid_rail.errors import InvalidInput
 from humanoid_rail.planning.methods import METHODS, Auto, GradientProjection, as_method
 from humanoid_rail.planning.options import ENGINES, PlanningMethod
@@ -15,7 +16,7 @@ from humanoid_rail.planning.options import ENGINES, PlanningMethod
 RETIMING = ("speed", "jerk_limit", "dwell")
 """These options are about retiming."""
 GROUPS = {
-    "What to plan": ("case", "link_radius", "lengths"),
+    "What to plan": ("case", *NAMES, "link_radius", "lengths"),
     "How to plan": (
         "method",
         "safety_distance",

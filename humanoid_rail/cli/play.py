@@ -6,6 +6,7 @@ import click
 
 from humanoid_rail.cli.console import Command, console, has_display
 from humanoid_rail.cli.plan_folder_options import GROUP, reads_a_plan
+from humanoid_rail.cli.robot_options import RobotOptions
 from humanoid_rail.io.plan_folder import Plan, read_plan
 from humanoid_rail.viewer.playback import show
 
@@ -16,13 +17,13 @@ from humanoid_rail.viewer.playback import show
     groups=GROUP,
 )
 @reads_a_plan
-def command(folder: str, scene_file: str | None, robot_file: str | None) -> None:
+def command(folder: str, scene_file: str | None, robot: RobotOptions) -> None:
     """Play the plan in FOLDER, as `plan --out` wrote it, in the browser until Ctrl-C.
 
     Without a display it is served all the same, at the address that it prints. FOLDER/playback.html shows the same and
     needs no server.
     """
-    play_back(read_plan(folder, scene_file, robot_file))
+    play_back(read_plan(folder, scene_file, **robot))
 
 
 def play_back(plan: Plan) -> None:

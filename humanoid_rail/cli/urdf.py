@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import click
 
+from humanoid_rail._files import check_file, write_file
 from humanoid_rail._resources import resource
 from humanoid_rail.cli.console import Command
 from humanoid_rail.errors import InvalidInput
-from humanoid_rail.io.files import check_file, write_file
 from humanoid_rail.model.humanoid import build_urdf, xacro_arguments
 
 

@@ -7,6 +7,7 @@ import click
 from humanoid_rail.cli.console import Command
 from humanoid_rail.cli.plan_folder_options import GROUP, reads_a_plan
 from humanoid_rail.cli.report import report_certificate
+from humanoid_rail.cli.robot_options import RobotOptions
 from humanoid_rail.io.plan_folder import read_plan
 from humanoid_rail.planning.verification import verify
 from humanoid_rail.progress import progress
@@ -22,7 +23,7 @@ from humanoid_rail.progress import progress
 )
 @reads_a_plan
 @click.option("--max-checks", type=int, help="How many distances may be measured  [two million]")
-def command(folder: str, scene_file: str | None, robot_file: str | None, max_checks: int | None) -> int:
+def command(folder: str, scene_file: str | None, robot: RobotOptions, max_checks: int | None) -> int:
     """Prove again that the plan in FOLDER, as `plan --out` wrote it, touches nothing, or find the first contact.
 
     Only its times and configurations are believed, and its velocities if it was retimed. The proof covers all times,
@@ -31,7 +32,7 @@ def command(folder: str, scene_file: str | None, robot_file: str | None, max_che
 
     Exit code: 0 if it is certified, 1 if not, 2 after bad input, 130 if interrupted.
     """
-    plan = read_plan(folder, scene_file, robot_file)
+    plan = read_plan(folder, scene_file, **robot)
     with progress("proving"):
         certificate = verify(plan.robot, plan.scene, plan.trajectory, max_checks=max_checks)
     report_certificate(plan.scene.name, certificate, plan.trajectory.duration)

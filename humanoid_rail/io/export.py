@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from humanoid_rail._files import check_file, check_folder, write_file, write_files
 from humanoid_rail.errors import InvalidInput, check_kind, did_you_mean
-from humanoid_rail.io.files import check_file, check_folder, write_file, write_files
 from humanoid_rail.io.robot_motion import check_motion
 from humanoid_rail.io.ros import joint_trajectory, json_text, yaml_text
 from humanoid_rail.io.tables import csv_bytes, npz_bytes

@@ -9,20 +9,21 @@ from pathlib import Path
 
 import numpy as np
 
+from humanoid_rail._files import check_folder
 from humanoid_rail.errors import InvalidInput
 from humanoid_rail.geometry.mesh_files import WITHOUT_REFERENCES, off_bytes, read_triangles
-from humanoid_rail.io.files import check_folder
+from humanoid_rail.io.carried_robot import URDF, carried_files, carried_robot, given_robot, remove_other
 from humanoid_rail.io.trajectory_files import TRAJECTORY_FILES, read_trajectory, write_trajectory
-from humanoid_rail.model.humanoid import paper_robot
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.model.robot_file import NAME
 from humanoid_rail.scene.obstacles import Mesh
 from humanoid_rail.scene.scene import Scene, check_scene, load_scene, make_scene
 from humanoid_rail.trajectory import Trajectory
 
 SCENE = "scene.json"
 """A scene file with all that has a default written out. Mesh files are beside it, as copies or as OFF."""
-ROBOT = "robot.urdf"
-"""The URDF that the paper's robot was built from."""
+_LEFT_OUT = ("robot", "expect", "checked")
+"""These fields of a scene are not written where there is nothing in them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +31,6 @@ class Plan:
     """A motion, and what it was planned for."""
 
     robot: Robot
-    """The paper's, whatever its lengths and limits."""
     scene: Scene
     trajectory: Trajectory
 
@@ -38,13 +38,14 @@ class Plan:
 def write_plan(
     trajectory: Trajectory, robot: Robot, scene: Scene, folder: str | Path, extra: Iterable[tuple[str, str]] = ()
 ) -> tuple[Path, ...]:
-    """Write a motion as :func:`humanoid_rail.write_trajectory` does, and `scene.json` and `robot.urdf` beside it.
+    """Write a motion as :func:`humanoid_rail.write_trajectory` does, and the scene and the robot beside it.
 
-    The commands `play`, `verify` and `export` take such a folder.
+    The commands `play`, `verify` and `export` take such a folder, wherever it is moved to. The scene is `scene.json`.
+    The paper's robot is `robot.urdf`; another one is there as :meth:`Robot.save` writes it, and the scene names it.
 
     Args:
         trajectory: The motion.
-        robot: The robot it was planned for: the paper's, with any lengths and limits.
+        robot: The robot it was planned for.
         scene: The scene it was planned in.
         folder: Where to; made if need be.
         extra: Further text files, by name and content.
@@ -53,21 +54,23 @@ def write_plan(
         The files written.
 
     Raises:
-        InvalidInput: If the robot is another one, the folder cannot be written to, or a mesh file is gone or has
+        InvalidInput: If the robot cannot be saved, the folder cannot be written to, or a mesh file is gone or has
             changed.
     """
-    own = paper_robot(robot.urdf)
-    if (own.joint_names, own.hand_names) != (robot.joint_names, robot.hand_names):
-        raise InvalidInput("robot", robot, "the paper's robot; for others there is write_trajectory")
+    carried = carried_files(robot)
     data, meshes = scene.model_dump(mode="json"), dict[str, bytes]()
     for number, obstacle in enumerate(scene.obstacles):
         if isinstance(obstacle, Mesh):
             name, content = _mesh(obstacle, number)
             meshes[name] = content
             data["obstacles"][number]["file"] = name
-    text = json.dumps(data, indent=2, ensure_ascii=False) + "\n"
-    texts = {SCENE: text, ROBOT: robot.urdf, **dict(extra)}
-    return write_trajectory(trajectory, folder, {**meshes, **{name: t.encode() for name, t in texts.items()}})
+    data["robot"] = NAME if NAME in carried else None
+    data = {name: value for name, value in data.items() if name not in _LEFT_OUT or value is not None}
+    texts = {SCENE: json.dumps(data, indent=2, ensure_ascii=False) + "\n", **dict(extra)}
+    files = {**meshes, **carried, **{name: text.encode() for name, text in texts.items()}}
+    written = write_trajectory(trajectory, folder, files)
+    remove_other(Path(folder), carried)
+    return written
 
 
 def check_plan_folder(folder: str | Path, extra: Iterable[str] = ()) -> None:
@@ -80,23 +83,35 @@ def check_plan_folder(folder: str | Path, extra: Iterable[str] = ()) -> None:
     Raises:
         InvalidInput: If it cannot.
     """
-    check_folder(folder, [*TRAJECTORY_FILES, SCENE, ROBOT, *extra])
+    check_folder(folder, [*TRAJECTORY_FILES, SCENE, URDF, NAME, *extra])
 
 
-def read_plan(folder: str | Path, scene_file: str | None = None, robot_file: str | None = None) -> Plan:
+def read_plan(
+    folder: str | Path,
+    scene_file: str | None = None,
+    robot_file: str | None = None,
+    *,
+    srdf: str | None = None,
+    packages: tuple[str, ...] = (),
+) -> Plan:
     """Return the plan in a folder.
 
     Args:
         folder: What :func:`write_plan` wrote, or :func:`humanoid_rail.write_trajectory` if both files are given.
         scene_file: The scene, instead of the one in the folder.
-        robot_file: URDF of the paper's robot, instead of the one in the folder.
+        robot_file: The robot, instead of the one in the folder: what :func:`humanoid_rail.load_robot` takes, or the
+            URDF of the paper's robot as `humanoid-rail urdf` writes it.
+        srdf: The SRDF of that robot, if one is given.
+        packages: Folders of ROS packages for it.
 
     Raises:
         InvalidInput: If the folder holds no plan, a file is not valid, or the three do not go together.
     """
     trajectory = read_trajectory(folder)
-    source = robot_file or str(Path(folder) / ROBOT)
-    robot = _robot(source)
+    if (srdf or packages) and not robot_file:
+        raise InvalidInput("srdf" if srdf else "packages", srdf or packages, "beside a robot that is given (--robot)")
+    source = robot_file or str(Path(folder) / (NAME if (Path(folder) / NAME).is_file() else URDF))
+    robot = given_robot(robot_file, srdf, packages) if robot_file else carried_robot(Path(folder))
     if (robot.joint_names, robot.hand_names) != (trajectory.joint_names, trajectory.hand_names):
         valid = f"the robot of the trajectory, with the joints {', '.join(trajectory.joint_names)}"
         raise InvalidInput("robot", ", ".join(robot.joint_names), valid, source)
@@ -128,27 +143,14 @@ def _mesh(obstacle: Mesh, number: int) -> tuple[str, bytes]:
     return f"mesh-{number}{suffix if own else '.off'}", content
 
 
-def _robot(file: str) -> Robot:
-    urdf = _text("robot", file)
-    try:
-        return paper_robot(urdf)
-    except InvalidInput as error:
-        error.source = file
-        raise
-
-
 def _scene(file: str) -> Scene:
-    text = _text("scene", file)
+    try:
+        text = Path(file).read_text(encoding="utf-8")
+    except (OSError, ValueError) as error:
+        valid = f"a file as `humanoid-rail plan --out` writes it, or another given by --scene ({error})"
+        raise InvalidInput("scene", file, valid) from error
     try:
         data = json.loads(text)
     except ValueError as error:
         raise InvalidInput("scene", text, f"JSON ({error})", file) from error
     return make_scene(data, folder=Path(file).parent, source=file)
-
-
-def _text(what: str, file: str) -> str:
-    try:
-        return Path(file).read_text(encoding="utf-8")
-    except (OSError, ValueError) as error:
-        valid = f"a file as `humanoid-rail plan --out` writes it, or another given by --{what} ({error})"
-        raise InvalidInput(what, file, valid) from error

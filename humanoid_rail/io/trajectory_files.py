@@ -13,9 +13,9 @@ from zipfile import BadZipFile
 import numpy as np
 
 from humanoid_rail._arrays import frozen
+from humanoid_rail._files import write_files
 from humanoid_rail.collision.certificate import Certificate, Contact
 from humanoid_rail.errors import InvalidInput
-from humanoid_rail.io.files import write_files
 from humanoid_rail.io.tables import csv_bytes, npz_bytes
 from humanoid_rail.kinematics.joint_limits import Violation
 from humanoid_rail.kinematics.path_metric import PathQuality

@@ -53,7 +53,8 @@ def collision_bodies(model: pin.Model, urdf: Urdf, meshes: Mapping[str, Pieces])
                 if body.where not in meshes:
                     valid = "a primitive shape; load_robot makes convex bodies of meshes"
                     raise InvalidInput(f"{body.where}.geometry", f"mesh {body.shape.filename}", valid)
-                shapes = [convex_shape(vertices) for vertices in meshes[body.where]]
+                # In one order, whatever file they come from: distances depend on it in their last digits.
+                shapes = [convex_shape(np.unique(vertices + 0.0, axis=0)) for vertices in meshes[body.where]]
             for k, shape in enumerate(shapes):
                 name = f"{frame.name}_{i}" if len(shapes) == 1 else f"{frame.name}_{i}_{k}"
                 made = pin.GeometryObject(name, frame.parentJoint, index, placement, shape)

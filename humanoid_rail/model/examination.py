@@ -58,6 +58,8 @@ def examine(
 ) -> Examined:
     """Return what no file says of a robot. It is kept in the user's cache folder, by the content of all files.
 
+    Nothing is looked for if the robot file gives pairs, start and which meshes are cut, as that of a saved robot does.
+
     Args:
         mechanism: How its joints move.
         srdf: Its SRDF, if any.
@@ -70,8 +72,45 @@ def examine(
     """
     urdf = mechanism.urdf
     bodies = {body.where: body for link in urdf.links.values() for body in link.collisions if _is_mesh(body)}
+    known = _given(mechanism, file, meshes, bodies, starts) or _kept(mechanism, srdf, file, meshes, bodies, starts)
+    pieces = {where: _pieces(body, meshes, where in known["decomposed"]) for where, body in bodies.items()}
+    pairs = FoundPairs(
+        {frozenset((a, b)): why for a, b, why in known["left_out"]},
+        {frozenset((a, b)): distance for a, b, distance in known["distances"]},
+    )
+    made = collision_bodies(mechanism.model, urdf, pieces)
+    return Examined(made, pairs, np.array(known["start"]), tuple(known["found"]))
+
+
+def _given(
+    mechanism: Mechanism,
+    file: RobotFile,
+    meshes: Mapping[str, Path],
+    written: Mapping[str, UrdfBody],
+    starts: Sequence[tuple[str, Array]],
+) -> dict[str, Any] | None:
+    """Return what a robot file says if nothing has to be found out, as that of a robot that was saved; else None."""
+    is_cut_as_said = file.decomposed is not None or not written
+    if not is_cut_as_said or file.initial is None or file.pairs.left_out is None or file.pairs.distances is None:
+        return None
+    decomposed = _asked_for(mechanism.urdf, file)
+    pieces = {where: _pieces(body, meshes, where in decomposed) for where, body in written.items()}
+    bodies = collision_bodies(mechanism.model, mechanism.urdf, pieces)
+    pairs = find_pairs(mechanism.model, bodies, mechanism.urdf, None, None, file.pairs)
+    return _data(decomposed, pairs, starts[0][1], [])
+
+
+def _kept(
+    mechanism: Mechanism,
+    srdf: Element | None,
+    file: RobotFile,
+    meshes: Mapping[str, Path],
+    bodies: Mapping[str, UrdfBody],
+    starts: Sequence[tuple[str, Array]],
+) -> dict[str, Any]:
+    """Return what is found out, from the user's cache folder if it is there."""
     said = [
-        urdf.text,
+        mechanism.urdf.text,
         "" if srdf is None else tostring(srdf, encoding="unicode"),
         file.model_dump_json(exclude={"urdf", "srdf", "package", "packages"}),
     ]
@@ -80,13 +119,7 @@ def examine(
     if known is None:
         known = _look(mechanism, srdf, file, meshes, bodies, starts)
         cache.keep(key, known)
-    pieces = {where: _pieces(body, meshes, where in known["decomposed"]) for where, body in bodies.items()}
-    pairs = FoundPairs(
-        {frozenset((a, b)): why for a, b, why in known["left_out"]},
-        {frozenset((a, b)): distance for a, b, distance in known["distances"]},
-    )
-    made = collision_bodies(mechanism.model, urdf, pieces)
-    return Examined(made, pairs, np.array(known["start"]), tuple(known["found"]))
+    return known
 
 
 def _look(
@@ -123,12 +156,16 @@ def _look(
         )
     if decomposed:
         found.append(f"Cut into convex pieces: the meshes of {', '.join(decomposed)}.")
+    return _data(decomposed, pairs, start, found)
+
+
+def _data(decomposed: Sequence[str], pairs: FoundPairs, start: Array, found: Sequence[str]) -> dict[str, Any]:
     return {
-        "decomposed": decomposed,
+        "decomposed": list(decomposed),
         "left_out": [[*sorted(pair), why] for pair, why in pairs.left_out.items()],
         "distances": [[*sorted(pair), distance] for pair, distance in pairs.distances.items()],
         "start": start.tolist(),
-        "found": found,
+        "found": list(found),
     }
 
 

@@ -38,7 +38,12 @@ def possible_pairs(bodies: pin.GeometryModel) -> list[tuple[int, int]]:
 
 
 def find_pairs(
-    model: pin.Model, bodies: pin.GeometryModel, urdf: Urdf, srdf: Element | None, seen: Survey, given: PairsEntry
+    model: pin.Model,
+    bodies: pin.GeometryModel,
+    urdf: Urdf,
+    srdf: Element | None,
+    seen: Survey | None,
+    given: PairsEntry,
 ) -> FoundPairs:
     """Return the pairs of links that are left out, and those that are always near each other.
 
@@ -50,7 +55,7 @@ def find_pairs(
         bodies: The bodies.
         urdf: The robot.
         srdf: Its SRDF, if any.
-        seen: What is known of all pairs that are on different joints.
+        seen: What is known of all pairs that are on different joints; None if a robot file says all.
         given: What a robot file says instead.
 
     Raises:
@@ -65,9 +70,11 @@ def find_pairs(
     if given.left_out is not None:
         left_out |= {_named(links, entry.links): entry.why for entry in given.left_out}
     else:
+        assert seen is not None
         left_out |= _reasons(model, bodies, links, urdf, srdf, seen)
     if given.distances is not None:
         return FoundPairs(left_out, {_named(links, e.links): e.distance or 0.0 for e in given.distances})
+    assert seen is not None
     return FoundPairs(left_out, _always_near(links, seen, left_out))
 
 

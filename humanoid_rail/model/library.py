@@ -15,7 +15,8 @@ from humanoid_rail.errors import InvalidInput, did_you_mean
 from humanoid_rail.model.humanoid import RobotArguments, argument_parameters, build_urdf, paper_robot, xacro_arguments
 from humanoid_rail.model.loading import robot_of
 from humanoid_rail.model.robot import Hand, Robot
-from humanoid_rail.model.robot_file import NAME, RobotFile, make_robot_file, read_robot_file
+from humanoid_rail.model.robot_file import IN_FILES_ONLY, NAME, RobotFile, make_robot_file, read_robot_file
+from humanoid_rail.model.sources import SUFFIXES
 
 FILES = (".yaml", ".yml", ".json")
 """Robot files have these endings."""
@@ -94,8 +95,8 @@ def load_robot(source: str | Path | None = None, **arguments: Any) -> Robot:
             raise InvalidInput(wrong[0], arguments[wrong[0]], f"beside the source of a robot; {PAPER} has its own")
         return paper_robot(build_urdf(**arguments))
     for name in arguments:
-        if name not in RobotFile.model_fields or name == "urdf":
-            known = [field for field in RobotFile.model_fields if field != "urdf"]
+        known = [field for field in RobotFile.model_fields if field not in IN_FILES_ONLY]
+        if name not in known:
             valid = f"an argument of a robot file{did_you_mean(name, known)}: {', '.join(known)}"
             if name in xacro_arguments():
                 valid = f"without a source: it is an argument of the paper's robot. {valid}"
@@ -104,6 +105,7 @@ def load_robot(source: str | Path | None = None, **arguments: Any) -> Robot:
     if (path := _robot_file(source)) is not None:
         file = read_robot_file(path)
         return robot_of(_with(file, given), (path if path.is_dir() else path.parent).absolute())
+    _check_name(source)
     if not isinstance(source, str | Path):
         raise InvalidInput("source", source, "a path, the text of a URDF, or the name of a robot")
     return robot_of(_with(RobotFile(urdf=str(source)), given), Path.cwd())
@@ -125,6 +127,19 @@ def _robot_file(source: object) -> Path | None:
     if path.suffix in FILES:
         return path
     return path if path.is_dir() and (path / NAME).is_file() else None
+
+
+def _check_name(source: object) -> None:
+    """Check that a source that can only be the name of a robot here is one.
+
+    Raises:
+        InvalidInput: If it is not; the error names those that there are.
+    """
+    if not isinstance(source, str) or "<" in source or ":" in source or source.endswith("_description"):
+        return
+    if Path(source).suffix not in SUFFIXES and not Path(source).exists():
+        valid = f"the path of a URDF, xacro or robot file, its text, PACKAGE:ROBOT, or one of {', '.join(robots())}"
+        raise InvalidInput("robot", source, f"{valid}{did_you_mean(source, robots())}")
 
 
 def _with(file: RobotFile, given: Mapping[str, object]) -> RobotFile:

@@ -66,8 +66,16 @@ def robot_of(file: RobotFile, folder: Path) -> Robot:
         pair_distances=_distances(mechanism, bodies, pairs.checked, examined.pairs.distances),
         meshes=meshes,
         postures={name: configuration(joints, start, posture) for name, posture in postures.items()},
-        locked=locked,
-        assumed=(*source.found, *assumed, *_found_hands(entries), *more, *_resting(file, locked), *examined.found),
+        locked={**file.locked_already, **locked},
+        assumed=(
+            *file.assumed,
+            *source.found,
+            *assumed,
+            *_found_hands(entries),
+            *more,
+            *_resting(file, locked),
+            *examined.found,
+        ),
     )
     _warn_of_links(robot)
     return robot
@@ -177,7 +185,15 @@ def _changes(file: RobotFile, urdf: Urdf, locked: Mapping[str, float]) -> Change
         if name not in locked:
             raise InvalidInput("locked", name, f"a joint of the URDF that moves{did_you_mean(name, list(urdf.joints))}")
     base = pin.SE3(pin.rpy.rpyToMatrix(*file.base.rpy), np.array(file.base.xyz))
-    return Changes(locked, file.limits, file.continuous_joints_within, file.acceleration_time, base, file.name)
+    return Changes(
+        locked,
+        file.limits,
+        file.continuous_joints_within,
+        file.acceleration_time,
+        base,
+        file.name,
+        file.as_written,
+    )
 
 
 def _meshes(urdf: Urdf, source: Source) -> dict[str, Path]:

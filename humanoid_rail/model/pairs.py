@@ -42,6 +42,12 @@ NO_JOINT = "no joint moves them relative to each other"
 """This is said of bodies that nothing moves relative to each other."""
 DISABLED = "disabled by the SRDF"
 """This is said of pairs that are left out because the SRDF says so."""
+NOWHERE = "not checked anywhere"
+"""This is said of pairs that are left out and have no far parts, or parts that touch at the start."""
+NO_MEETING = "within the limits they do not meet"
+"""This is said of pairs whose far parts cannot touch."""
+IN_PART = "checked only"
+"""This is said of pairs whose far parts are checked."""
 NOT_AMONG = "not among the robot's self_collision_pairs"
 """This is said of pairs of which nothing else is known."""
 
@@ -86,13 +92,19 @@ def _far_pair(
         return None, NO_JOINT
     parts = far_parts(model, first, second)
     if parts is None:
-        return None, "not checked anywhere"
+        return None, NOWHERE
     beyond = f"farther than {parts.distance:.4g} m from the joint between them"
     if not may_meet(model, parts, q):
-        return None, f"within the limits they do not meet {beyond}"
+        return None, f"{NO_MEETING} {beyond}"
     if part_distance(model, model.createData(), parts, q) <= 0.0:
-        return None, f"not checked anywhere: where the robot starts they touch {beyond}"
-    return (parts.first, parts.second), f"checked only {beyond}"
+        return None, f"{NOWHERE}: where the robot starts they touch {beyond}"
+    return (parts.first, parts.second), f"{IN_PART} {beyond}"
+
+
+def reason_of(pair: UncheckedPair) -> str:
+    """Return why a pair was left out, without what :func:`choose_pairs` adds."""
+    why, _, known = pair.why.rpartition("; ")
+    return why if why and known.startswith((NO_JOINT, NOWHERE, NO_MEETING, IN_PART)) else pair.why
 
 
 def disabled_pairs(model: pin.Model, srdf: str | None) -> dict[frozenset[str], str]:

@@ -131,6 +131,26 @@ class Robot(FrozenArrays):
         full: Array = self.coupling @ np.asarray(q, float) + self.offset
         return full
 
+    def save(self, folder: str | Path) -> tuple[Path, ...]:
+        """Write the robot to a folder that `load_robot(folder)` loads anywhere, as the same robot, without a search.
+
+        The folder has `robot.yaml`, the URDF, an SRDF with the pairs that are left out, which is for other tools, and
+        `meshes/` with a file for each convex body and copies of the meshes that are seen.
+
+        Args:
+            folder: Where to; made if need be.
+
+        Returns:
+            The files written.
+
+        Raises:
+            InvalidInput: If the folder cannot be written to, a mesh file is gone, or bodies or pairs were replaced
+                by others than the URDF and `unchecked_pairs` say.
+        """
+        from humanoid_rail.model.saving import save_robot
+
+        return save_robot(self, folder)
+
     def with_hands(self, names: Sequence[str]) -> Robot:
         """Return the same robot with these of its hands alone, in its own order."""
         hands = tuple(hand for hand in self.hands if hand.name in names)

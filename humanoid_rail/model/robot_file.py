@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import BeforeValidator, Field, ValidationError
+from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationError
 
 from humanoid_rail._validation import Frozen, Number, Positive, Vector, invalid_input, plain
 from humanoid_rail._yaml import parse_yaml
@@ -14,6 +14,8 @@ from humanoid_rail.errors import InvalidInput
 
 NAME = "robot.yaml"
 """The robot file of a folder has this name."""
+IN_FILES_ONLY = ("urdf", "locked_already", "as_written", "assumed")
+"""These fields are no arguments of `load_robot`: its source, and what `robot.save` writes."""
 FULL_TURN = 6.283185307179586
 """Continuous joints are kept within this of 0 unless a robot file says otherwise, rad."""
 ELSEWHERE = "every other joint, at 0"
@@ -22,6 +24,21 @@ ELSEWHERE = "every other joint, at 0"
 Names = Annotated[tuple[str, ...], BeforeValidator(plain)]
 Positions = dict[str, Number]
 """Positions of joints by their names, m and rad."""
+
+
+def _kind_of_start(value: object) -> str:
+    if isinstance(value, str):
+        return "<posture>"
+    return "<positions>" if isinstance(value, Mapping) else "<numbers>"
+
+
+Start = Annotated[
+    Annotated[str, Tag("<posture>")]
+    | Annotated[Positions, Tag("<positions>")]
+    | Annotated[tuple[Number, ...], BeforeValidator(plain), Tag("<numbers>")],
+    Discriminator(_kind_of_start),
+]
+"""Where motions start: the name of a posture, positions by joint, or all positions; m and rad."""
 
 
 def _in_words(value: object) -> object:
@@ -107,19 +124,25 @@ class RobotFile(Frozen):
     """The hands by name; found by itself if not given."""
     joints: Names | None = None
     """The joints that move; those that a hand needs if not given."""
-    locked: Annotated[Positions, BeforeValidator(_in_words)] = Field(default_factory=dict)
+    locked: Annotated[Positions, BeforeValidator(_in_words, json_schema_input_type=Positions | str)] = Field(
+        default_factory=dict
+    )
     """Where joints stand that do not move. Those not named here stand at 0, or at their limit next to it."""
     locked_joints: Names = ()
     """Joints that do not move, whatever else."""
+    locked_already: Positions = Field(default_factory=dict)
+    """Joints of the original that are fixed in this URDF, and where they stand: written by `robot.save`."""
     continuous_joints_within: Annotated[tuple[Number, Number], BeforeValidator(plain)] = (-FULL_TURN, FULL_TURN)
     """Joints without end are kept within this, rad."""
     limits: dict[str, LimitEntry] = Field(default_factory=dict)
     """Limits by joint, instead of those of the URDF."""
     acceleration_time: Positive | None = None
     """Joints without a limit of acceleration get one by which they reach their speed limit in this time, s."""
+    as_written: bool = False
+    """Whether the limits of the URDF are taken as they are, with none assumed: written by `robot.save`."""
     postures: dict[str, Positions] = Field(default_factory=dict)
     """Postures by name, beside those of the SRDF."""
-    initial: Annotated[str | Positions | tuple[Number, ...], BeforeValidator(plain)] | None = None
+    initial: Start | None = None
     """Where motions start unless a scene says otherwise: a posture's name, positions by joint (of the others as by
     itself), or all of them. Found by itself if not given."""
     base: BaseEntry = BaseEntry()
@@ -128,6 +151,8 @@ class RobotFile(Frozen):
     """Pairs of links that are not checked against each other, or kept nearer than others."""
     decomposed: Names | None = None
     """Links whose meshes are cut into convex pieces; those whose hulls cost freedom if not given."""
+    assumed: Names = ()
+    """What was found or assumed before this file was written, in sentences."""
 
 
 def read_robot_file(path: str | Path) -> RobotFile:

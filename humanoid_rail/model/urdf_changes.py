@@ -43,6 +43,8 @@ class Changes:
     """Where the root stands, m."""
     name: str | None = None
     """What the robot is called."""
+    as_written: bool = False
+    """Whether no limits are assumed."""
 
 
 def changed_urdf(urdf: Urdf, changes: Changes) -> tuple[str, tuple[str, ...]]:
@@ -105,6 +107,8 @@ def _limit(element: Element, joint: Joint, changes: Changes) -> list[tuple[str, 
     if joint.kind in ("planar", "floating"):
         valid = f"locked (locked: {{{joint.name}: 0}}), or joints of one freedom each instead, three for a plane"
         raise InvalidInput(f"joint {joint.name}", f"a {joint.kind} joint", valid)
+    if changes.as_written and joint.name not in changes.limits and joint.kind != "continuous":
+        return []
     entry, limit, notes = changes.limits.get(joint.name, LimitEntry()), element.find("limit"), []
     if limit is None:
         limit = SubElement(element, "limit", effort=repr(EFFORT), velocity="0")

@@ -15,7 +15,7 @@ from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.methods import METHODS, GradientProjection, SafeVelocity, as_method
 from humanoid_rail.planning.options import PlanningMethod
 from humanoid_rail.planning.planner import plan
-from humanoid_rail.scene.scene import Scene, load_scene, target_points
+from humanoid_rail.scene.scene import Scene, load_scene, start_of_scene, target_points
 from humanoid_rail.trajectory import Trajectory
 
 CASES: Mapping[int, Mapping[str, float]] = {
@@ -104,7 +104,7 @@ def closed_form_duration(robot: Robot, scene: Scene, tolerance: float = 0.01) ->
     Raises:
         InvalidInput: If the scene asks for something else of the hands.
     """
-    start = robot.initial if scene.initial is None else np.array(scene.initial)
+    start = start_of_scene(robot, scene)
     error = Kinematics(robot).hand_positions(start) - target_points(robot, scene)
     return float(np.log(np.linalg.norm(error) / tolerance))
 

@@ -22,7 +22,7 @@ from humanoid_rail.planning.size import check_size, size_hint
 from humanoid_rail.planning.start import check_start
 from humanoid_rail.problem import Problem
 from humanoid_rail.result import Motion, Provenance, Samples, Status, Verdict
-from humanoid_rail.scene.scene import Scene, check_scene
+from humanoid_rail.scene.scene import Scene, check_scene, start_of_scene
 from humanoid_rail.trajectory import Trajectory
 
 UNPROVEN = "the native engine, which proves motions free of contact, is not installed"
@@ -60,7 +60,7 @@ def plan(robot: Robot, scene: Scene, method: PlanningMethod | str = "auto") -> T
     check_scene(robot, scene)
     chosen.check(scene)
     check_size(robot, chosen)
-    first = segment_problem(robot, scene, 0, robot.initial if scene.initial is None else scene.initial)
+    first = segment_problem(robot, scene, 0, start_of_scene(robot, scene))
     # The motion is judged with all hands, also those that have no target.
     kinematics = chosen.kinematics(first if first.robot is robot else Problem(robot, scene, first.tasks, first.q))
     check_start("initial", kinematics, scene, first.q, chosen.least_start())

@@ -7,19 +7,21 @@ import os
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import BeforeValidator, Field, ValidationError
 
-from humanoid_rail._arrays import Array
+from humanoid_rail._arrays import Array, frozen
 from humanoid_rail._resources import resource
-from humanoid_rail._validation import Frozen, Number, invalid_input, plain
+from humanoid_rail._validation import Frozen, invalid_input, plain
 from humanoid_rail._yaml import parse_yaml
 from humanoid_rail.errors import MISSING, InvalidInput, did_you_mean
 from humanoid_rail.model.position_limits import within_position_limits
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.model.robot_file import Start
 from humanoid_rail.scene.obstacles import Obstacle
+from humanoid_rail.scene.robot_of_scene import SceneRobot, load_named_robot
 from humanoid_rail.scene.targets import Step, Targets, position
 
 OWN = "scenes"
@@ -35,13 +37,21 @@ class Scene(Frozen):
 
     name: Annotated[str, Field(min_length=1, max_length=200)] = "scene"
     """What the scene is called; by default that of its file."""
-    initial: Annotated[tuple[Number, ...], BeforeValidator(plain)] | None = None
-    """Configuration (n,) at the start, one number for each actuated joint; the robot's own if not given."""
+    robot: SceneRobot | None = None
+    """The robot it is for: a name, a path relative to the scene file, or the fields of a robot file; the paper's if not
+    given. In Python :func:`load_robot_of_scene` loads it."""
+    initial: Start | None = None
+    """The start, m and rad: one number for each actuated joint (n,), the name of a posture of the robot, or positions
+    by joint, where the others stand at the robot's own start, as all do if it is not given."""
     targets: Targets
     """What each hand has to reach, by the hand's name: a point [x, y, z], a :class:`Pose`, or None for a hand that may
     stay wherever is convenient. Or a list of these, to be reached one after the other."""
     obstacles: Annotated[tuple[Obstacle, ...], BeforeValidator(plain)] = ()
     """What the links have to keep clear of."""
+    expect: Any = None
+    """A remark: what should come of it. Planning takes no notice."""
+    checked: Any = None
+    """A remark: how that is known. Planning takes no notice."""
 
     @property
     def steps(self) -> tuple[Step, ...]:
@@ -99,6 +109,49 @@ def make_scene(data: object, folder: str | Path | None = None, source: str | Non
         raise invalid_input(error, source) from None
 
 
+def load_robot_of_scene(scene: Scene) -> Robot:
+    """Return the robot that a scene names; the paper's if it names none.
+
+    Raises:
+        InvalidInput: If there is no such robot, or it cannot be loaded.
+    """
+    try:
+        return load_named_robot(scene.robot)
+    except InvalidInput as error:
+        error.source = error.source or f"the robot of the scene {scene.name}"
+        raise
+
+
+def start_of_scene(robot: Robot, scene: Scene) -> Array:
+    """Return the configuration (n,) at which a scene starts, m and rad.
+
+    Raises:
+        InvalidInput: If it names a posture or a joint that the robot does not have, or has the wrong size.
+    """
+    match scene.initial:
+        case None:
+            return robot.initial
+        case str(posture):
+            if posture not in robot.postures:
+                known = ", ".join(robot.postures) or "none"
+                valid = f"a posture of the robot{did_you_mean(posture, robot.postures)}; there are: {known}"
+                raise InvalidInput("initial", posture, valid)
+            return frozen(robot.postures[posture])
+        case Mapping() as positions:
+            for name in positions:
+                if name not in robot.joint_names:
+                    near = did_you_mean(name, robot.joint_names)
+                    valid = f"a joint that moves{near}; there are: {_list(robot.joint_names)}"
+                    raise InvalidInput(f"initial.{name}", positions[name], valid)
+            own = zip(robot.joint_names, robot.initial.tolist(), strict=True)
+            return frozen([positions.get(name, x) for name, x in own])
+        case numbers:
+            if len(numbers) != robot.n:
+                valid = f"{robot.n} numbers, for {_list(robot.joint_names)}; there are {len(numbers)}"
+                raise InvalidInput("initial", list(numbers), valid)
+            return frozen(numbers)
+
+
 def check_scene(robot: Robot, scene: Scene) -> None:
     """Check that a scene is one for this robot: targets for its hands, a start of the right size within the limits.
 
@@ -121,11 +174,7 @@ def check_scene(robot: Robot, scene: Scene) -> None:
                 raise InvalidInput(f"{where}.{hand}", MISSING, valid)
         if all(target is None for target in step.values()):
             raise InvalidInput(where, step, "a target for one hand at least")
-    initial = tuple(robot.initial.tolist()) if scene.initial is None else scene.initial
-    if len(initial) != robot.n:
-        valid = f"{robot.n} numbers, for {_list(robot.joint_names)}; there are {len(initial)}"
-        raise InvalidInput("initial", list(initial), valid)
-    within_position_limits(robot, initial, "initial")
+    within_position_limits(robot, start_of_scene(robot, scene), "initial")
 
 
 def field_of_step(scene: Scene, number: int) -> str:

@@ -1,4 +1,4 @@
-"""The JSON Schema of scene files, which editors use for completion and checks."""
+"""The JSON Schemas of scene files and robot files, which editors use for completion and checks."""
 
 from __future__ import annotations
 
@@ -6,23 +6,35 @@ from typing import Any
 
 from humanoid_rail._validation import FIELDS_HEADING
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.model.robot_file import RobotFile
 from humanoid_rail.scene.scene import Scene
 
 
 def scene_schema(robot: Robot) -> dict[str, Any]:
-    """Return the JSON Schema of scene files for a robot, which editors use for completion and checks."""
+    """Return the JSON Schema of scene files, in which scenes that name no robot are for a given one."""
     schema = Scene.model_json_schema()
-    schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
-    once, steps = schema["properties"]["targets"]["oneOf"]
-    target = once.pop("additionalProperties")
-    once |= {
-        "properties": dict.fromkeys(robot.hand_names, target),
+    hands = {
+        "properties": dict.fromkeys(robot.hand_names, True),
         "required": list(robot.hand_names),
         "additionalProperties": False,
     }
-    steps["items"] = once
-    start = schema["properties"]["initial"]["anyOf"][0]
-    start |= {"minItems": robot.n, "maxItems": robot.n}
+    schema["if"] = {"properties": {"robot": {"type": "null"}}}
+    schema["then"] = {
+        "properties": {
+            "targets": {"if": {"type": "array"}, "then": {"items": hands}, "else": hands},
+            "initial": {"minItems": robot.n, "maxItems": robot.n},
+        }
+    }
+    return _finished(schema)
+
+
+def robot_schema() -> dict[str, Any]:
+    """Return the JSON Schema of robot files."""
+    return _finished(RobotFile.model_json_schema())
+
+
+def _finished(schema: dict[str, Any]) -> dict[str, Any]:
+    schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
     stripped: dict[str, Any] = _without_fields(schema)
     return stripped
 

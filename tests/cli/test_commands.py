@@ -38,7 +38,7 @@ from humanoid_rail.io.plan_folder import read_plan, write_plan
 CSV_COLUMNS = 1 + 12 + 6
 LIGHT = {"click", "humanoid_rail", "lazy_loader"}
 """All that the help of the command may import beside Python's own library."""
-BESIDE = {"console", "plan_folder_options", "plan_options", "report", "streams"}
+BESIDE = {"console", "plan_folder_options", "plan_options", "report", "robot_options", "streams"}
 """The modules of the command line that are no commands."""
 
 

@@ -27,8 +27,8 @@ from humanoid_rail import (
     robot_from_urdf,
     write_trajectory,
 )
+from humanoid_rail._files import write_files
 from humanoid_rail.io.export import FORMATS, Format, Job, export
-from humanoid_rail.io.files import write_files
 from humanoid_rail.io.ros import joint_trajectory
 
 

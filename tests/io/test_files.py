@@ -10,8 +10,8 @@ from conftest import ROOT, changed
 from running import Ran, assert_bad_input
 
 from humanoid_rail import InvalidInput, Robot, Scene, Trajectory, export
-from humanoid_rail.io import files
-from humanoid_rail.io.files import check_file, check_folder, write_file, write_files
+from humanoid_rail import _files as files
+from humanoid_rail._files import check_file, check_folder, write_file, write_files
 from humanoid_rail.io.plan_folder import write_plan
 
 SCENE = ROOT / "scenes" / "dev" / "sparse-80000.json"

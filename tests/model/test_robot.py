@@ -30,7 +30,7 @@ from humanoid_rail import (
 )
 from humanoid_rail.model.humanoid import RobotArguments, xacro_arguments
 from humanoid_rail.model.library import FileArguments
-from humanoid_rail.model.robot_file import RobotFile
+from humanoid_rail.model.robot_file import IN_FILES_ONLY, RobotFile
 from humanoid_rail.paper import dh_table as dh
 
 LENGTHS = ("l_t1", "l_t2", "l_t3", "l_l1", "l_l2", "l_l3", "l_r1", "l_r2", "l_r3", "beta")
@@ -293,7 +293,7 @@ def test_arguments_are_shown(function: Callable[..., object]) -> None:
     if function is load_robot:
         of_files = {"source", *FileArguments.__annotations__}
         assert of_files <= shown.keys()
-        assert {*FileArguments.__annotations__} == {*RobotFile.model_fields} - {"urdf"}
+        assert {*FileArguments.__annotations__} == {*RobotFile.model_fields} - {*IN_FILES_ONLY}
         shown = {name: default for name, default in shown.items() if name not in of_files}
     assert shown.keys() == xacro_arguments().keys() == RobotArguments.__annotations__.keys()
     assert build_urdf(**shown) == build_urdf()

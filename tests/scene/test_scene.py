@@ -171,7 +171,7 @@ def edit(*path: Any, value: Any) -> dict[str, Any]:
             "targets.left",
         ),
         (edit("targets", "left", value="anywhere"), "targets.left"),
-        (edit("initial", value="home"), "initial"),
+        (edit("initial", value=True), "initial"),
         (edit("initial", 3, value=float("nan")), "initial[3]"),
         (edit("name", value=""), "name"),
         (edit("name", value=3), "name"),
