@@ -17,7 +17,7 @@ def write_files(folder: str | Path, files: Mapping[str, bytes]) -> tuple[Path, .
 
     Args:
         folder: Where to.
-        files: What is in the files, by name; files of these names are replaced.
+        files: What is in the files, by name, with slashes for folders in it; files of these names are replaced.
 
     Returns:
         The files written.
@@ -33,8 +33,12 @@ def write_files(folder: str | Path, files: Mapping[str, bytes]) -> tuple[Path, .
         # Replaced when all of them are written.
         with TemporaryDirectory(prefix=".unfinished-", dir=folder) as unfinished:
             for name, content in files.items():
+                (Path(unfinished) / name).parent.mkdir(parents=True, exist_ok=True)
                 (Path(unfinished) / name).write_bytes(content)
             for name in files:
+                inner = (folder / name).parent
+                made = [*(path for path in (inner, *inner.parents) if not path.exists()), *made]
+                inner.mkdir(parents=True, exist_ok=True)
                 (Path(unfinished) / name).replace(folder / name)
     except BaseException as error:  # an interrupt leaves nothing behind either
         _remove_empty(made)

@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from humanoid_rail._arrays import Array
-from humanoid_rail.errors import InvalidInput
+from humanoid_rail.io.mujoco.inertias import mended_inertias
 from humanoid_rail.model.robot import Robot
 
 BANDWIDTH = 20.0
@@ -35,7 +35,8 @@ def gravity_load(robot: Robot, q: Array) -> Array:
         robot: The robot. Its passive joints are held by those that they follow.
         q: Configurations (N, n), m and rad.
     """
-    model, data = robot.model, robot.model.createData()
+    model = mended_inertias(robot).model
+    data = model.createData()
     return np.array(
         [pin.computeGeneralizedGravity(model, data, robot.full_configuration(sample)) for sample in q]
     ) @ np.asarray(robot.coupling)
@@ -52,12 +53,9 @@ def position_actuators(robot: Robot, q: Array) -> tuple[PositionActuator, ...]:
         q: Configurations (N, n) of the motion, m and rad.
 
     Raises:
-        InvalidInput: If what a joint moves has no mass or no inertia.
+        InvalidInput: If a joint moves something with a negative moment of inertia.
     """
-    model, S = robot.model, robot.coupling
-    for name, moved in zip(list(model.names)[1:], list(model.inertias)[1:], strict=True):
-        if not (moved.mass > 0 and np.linalg.eigvalsh(moved.inertia).min() > 0):
-            raise InvalidInput(f"inertial of what {name} moves", moved.mass, "a mass and an inertia greater than 0")
+    model, S = mended_inertias(robot).model, robot.coupling
     data = model.createData()
     seen = np.zeros(robot.n)
     for sample in q:

@@ -10,6 +10,7 @@ import numpy as np
 from humanoid_rail.errors import InvalidInput
 from humanoid_rail.io.mujoco.actuators import gravity_load, position_actuators
 from humanoid_rail.io.mujoco.mjcf import mjcf
+from humanoid_rail.io.mujoco.visual_meshes import visual_meshes
 from humanoid_rail.io.robot_motion import all_joints
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import is_moving
@@ -18,7 +19,7 @@ from humanoid_rail.trajectory import Trajectory
 
 
 def mujoco_files(trajectory: Trajectory, robot: Robot, scene: Scene) -> dict[str, bytes]:
-    """Return the files of an export: their contents by name.
+    """Return the files of an export: their contents by name, those of meshes in a folder.
 
     Args:
         trajectory: The motion.
@@ -53,5 +54,6 @@ def mujoco_files(trajectory: Trajectory, robot: Robot, scene: Scene) -> dict[str
     buffer = BytesIO()
     np.savez_compressed(buffer, **arrays)
     player = Path(__file__).with_name("player.py").read_bytes()
-    model = mjcf(robot, scene, trajectory, actuators, ctrl[0])
-    return {"scene.xml": model.encode(), "motion.npz": buffer.getvalue(), "play.py": player}
+    meshes = visual_meshes(robot)
+    model = mjcf(robot, scene, trajectory, actuators, ctrl[0], meshes)
+    return {**meshes.files, "scene.xml": model.encode(), "motion.npz": buffer.getvalue(), "play.py": player}
