@@ -42,6 +42,21 @@ def gravity_load(robot: Robot, q: Array) -> Array:
     ) @ np.asarray(robot.coupling)
 
 
+def needed_forces(robot: Robot, q: Array, velocity: Array, acceleration: Array) -> Array:
+    """Return the forces that move the robot so (N, n), N and N m, those against gravity included.
+
+    Args:
+        robot: The robot. Its passive joints are moved by those that they follow.
+        q: Configurations (N, n), m and rad.
+        velocity: (N, n), m/s and rad/s.
+        acceleration: (N, n), m/s^2 and rad/s^2.
+    """
+    model, S = mended_inertias(robot).model, np.asarray(robot.coupling)
+    data = model.createData()
+    samples = zip(q, velocity, acceleration, strict=True)
+    return np.array([S.T @ pin.rnea(model, data, robot.full_configuration(at), S @ v, S @ a) for at, v, a in samples])
+
+
 def position_actuators(robot: Robot, q: Array) -> tuple[PositionActuator, ...]:
     """Return a critically damped actuator for each actuated joint.
 

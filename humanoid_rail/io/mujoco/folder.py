@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 
 from humanoid_rail.errors import InvalidInput
-from humanoid_rail.io.mujoco.actuators import gravity_load, position_actuators
+from humanoid_rail.io.mujoco.actuators import PositionActuator, gravity_load, needed_forces, position_actuators
 from humanoid_rail.io.mujoco.mjcf import mjcf
 from humanoid_rail.io.mujoco.visual_meshes import visual_meshes
 from humanoid_rail.io.robot_motion import all_joints
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.result import Timing
 from humanoid_rail.scene.obstacles import is_moving
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.trajectory import Trajectory
@@ -20,6 +23,9 @@ from humanoid_rail.trajectory import Trajectory
 
 def mujoco_files(trajectory: Trajectory, robot: Robot, scene: Scene) -> dict[str, bytes]:
     """Return the files of an export: their contents by name, those of meshes in a folder.
+
+    A warning names the joints whose limit of effort is less than the motion needs: MuJoCo keeps the limit, and the
+    robot falls behind.
 
     Args:
         trajectory: The motion.
@@ -38,6 +44,7 @@ def mujoco_files(trajectory: Trajectory, robot: Robot, scene: Scene) -> dict[str
     if len(trajectory.t) < 2:
         raise InvalidInput("trajectory.t", trajectory.t, "a motion of two samples or more")
     actuators, load = position_actuators(robot, trajectory.q), gravity_load(robot, trajectory.q)
+    _warn_of_weakness(trajectory, trajectory.timing, robot, actuators)
     kp, kv = (np.array([getattr(actuator, gain) for actuator in actuators]) for gain in ("kp", "kv"))
     ctrl = trajectory.q + (kv * trajectory.timing.velocity + load) / kp
     qpos, qvel = all_joints(robot, [trajectory.q, trajectory.timing.velocity])
@@ -57,3 +64,18 @@ def mujoco_files(trajectory: Trajectory, robot: Robot, scene: Scene) -> dict[str
     meshes = visual_meshes(robot)
     model = mjcf(robot, scene, trajectory, actuators, ctrl[0], meshes)
     return {**meshes.files, "scene.xml": model.encode(), "motion.npz": buffer.getvalue(), "play.py": player}
+
+
+def _warn_of_weakness(
+    trajectory: Trajectory, timing: Timing, robot: Robot, actuators: Sequence[PositionActuator]
+) -> None:
+    forces = needed_forces(robot, trajectory.q, timing.velocity, timing.acceleration)
+    weak = [
+        f"{actuator.joint} {needed:.3g} of {actuator.effort_limit:.3g}"
+        for actuator, needed in zip(actuators, abs(forces).max(axis=0), strict=True)
+        if needed > actuator.effort_limit
+    ]
+    if weak:
+        what = "the motion needs more than the limits of effort, N or N m, and will not be followed"
+        how = "lower limits of acceleration make it slower, such as by load_robot(..., acceleration_time=1)"
+        warnings.warn(f"{what}: {', '.join(weak)}; {how}", stacklevel=3)
