@@ -15,10 +15,24 @@ import coal
 import numpy as np
 import pinocchio as pin
 import pytest
+from conftest import changed
 from mjcf_models import mujoco, nothing, placed, still
 
-from humanoid_rail import Box, Mesh, Robot, Sphere, Trajectory, export, load_robot, paper_scene, plan_case, retime
+from humanoid_rail import (
+    Box,
+    Mesh,
+    Robot,
+    Sphere,
+    Timing,
+    Trajectory,
+    export,
+    load_robot,
+    paper_scene,
+    plan_case,
+    retime,
+)
 from humanoid_rail.geometry.mesh_files import load, unit
+from humanoid_rail.io.mujoco import player
 from humanoid_rail.model.urdf import read_urdf
 from humanoid_rail.model.urdf_link import MeshFile
 from humanoid_rail.scene.obstacles import name_of
@@ -118,6 +132,30 @@ def test_followers_follow(name: str, exported: Any) -> None:
     data = placed(model, q)
     np.testing.assert_allclose(data.efc_pos[: data.ne], 0.0, atol=1e-12)
     assert data.ne == model.njnt - robot.n
+
+
+def test_followers_keep_up(motion: Trajectory, tmp_path: Path) -> None:
+    """Of a gripper that closes while the arm moves: each finger is where its leader makes it be."""
+    robot = loaded("kinova with fingers")
+    t = np.linspace(0.0, 1.0, 51)
+    s, v, a = (curve[:, None] for curve in (3 * t**2 - 2 * t**3, 6 * t - 6 * t**2, 6 - 12 * t))
+    way = np.array([0.3] * 7 + [0.6])
+    resting = still(robot, motion, robot.initial)
+    q = robot.initial + s * way
+    moved = changed(
+        resting, t=t, q=q, hands=np.tile(resting.hands[:1], (51, 1, 1)), timing=Timing(v * way, a * way, ())
+    )
+    export(moved, robot, nothing(robot), "mujoco", tmp_path)
+    model, played = player.load(tmp_path)
+    data, worst = player.start(model, played), 0.0
+    followers = [i for i in range(model.njnt) if model.joint(i).name not in robot.joint_names]
+    while data.time < 1.0:
+        player.step(model, data, played)
+        leaders = np.array([data.joint(name).qpos[0] for name in robot.joint_names])
+        worst = max(worst, abs((data.qpos - robot.full_configuration(leaders))[followers]).max())
+    assert len(followers) == 5
+    assert abs(data.qpos - robot.full_configuration(q[-1])).max() < 0.01
+    assert worst < 1e-3
 
 
 @pytest.mark.parametrize("name", ["panda", "baxter", "dual fr3", "kinova", "pr2", "talos", "vega"])

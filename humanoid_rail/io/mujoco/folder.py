@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from humanoid_rail._arrays import Array
 from humanoid_rail.errors import InvalidInput
 from humanoid_rail.io.mujoco.actuators import PositionActuator, gravity_load, needed_forces, position_actuators
 from humanoid_rail.io.mujoco.mjcf import mjcf
@@ -44,7 +45,7 @@ def mujoco_files(trajectory: Trajectory, robot: Robot, scene: Scene) -> dict[str
     if len(trajectory.t) < 2:
         raise InvalidInput("trajectory.t", trajectory.t, "a motion of two samples or more")
     actuators, load = position_actuators(robot, trajectory.q), gravity_load(robot, trajectory.q)
-    _warn_of_weakness(trajectory, trajectory.timing, robot, actuators)
+    _warn_of_weakness(trajectory, trajectory.timing, robot, actuators, load)
     kp, kv = (np.array([getattr(actuator, gain) for actuator in actuators]) for gain in ("kp", "kv"))
     ctrl = trajectory.q + (kv * trajectory.timing.velocity + load) / kp
     qpos, qvel = all_joints(robot, [trajectory.q, trajectory.timing.velocity])
@@ -67,15 +68,18 @@ def mujoco_files(trajectory: Trajectory, robot: Robot, scene: Scene) -> dict[str
 
 
 def _warn_of_weakness(
-    trajectory: Trajectory, timing: Timing, robot: Robot, actuators: Sequence[PositionActuator]
+    trajectory: Trajectory, timing: Timing, robot: Robot, actuators: Sequence[PositionActuator], load: Array
 ) -> None:
-    forces = needed_forces(robot, trajectory.q, timing.velocity, timing.acceleration)
+    forces = abs(needed_forces(robot, trajectory.q, timing.velocity, timing.acceleration)).max(axis=0)
+    limits = np.array([actuator.effort_limit for actuator in actuators])
     weak = [
-        f"{actuator.joint} {needed:.3g} of {actuator.effort_limit:.3g}"
-        for actuator, needed in zip(actuators, abs(forces).max(axis=0), strict=True)
-        if needed > actuator.effort_limit
+        f"{actuator.joint} {force:.3g} of {actuator.effort_limit:.3g}"
+        for actuator, force in zip(actuators, forces, strict=True)
+        if force > actuator.effort_limit
     ]
     if weak:
         what = "the motion needs more than the limits of effort, N or N m, and will not be followed"
         how = "lower limits of acceleration make it slower, such as by load_robot(..., acceleration_time=1)"
+        if (abs(load).max(axis=0) > limits).any():
+            how = "the weight alone is more, as that of robots with springs or counterweights that the URDF has not"
         warnings.warn(f"{what}: {', '.join(weak)}; {how}", stacklevel=3)
