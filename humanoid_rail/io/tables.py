@@ -8,7 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from humanoid_rail.errors import InvalidInput
 from humanoid_rail.trajectory import Trajectory
+
+ARRAYS = ("t", "q", "clearance", "manipulability", "velocity", "acceleration")
+"""The arrays of `trajectory.npz` beside those of the hands."""
+_NUMPYS = ("file", "allow_pickle")
+"""NumPy itself takes these names."""
 
 
 def csv_bytes(trajectory: Trajectory) -> bytes:
@@ -26,7 +32,14 @@ def csv_bytes(trajectory: Trajectory) -> bytes:
 
 
 def npz_bytes(trajectory: Trajectory) -> bytes:
-    """Return what `trajectory.npz` holds: times, joints, each hand, clearances, manipulability and the timing."""
+    """Return what `trajectory.npz` holds: times, joints, each hand, clearances, manipulability and the timing.
+
+    Raises:
+        InvalidInput: If a hand is called as one of the other arrays.
+    """
+    for name in trajectory.hand_names:
+        if name in (*ARRAYS, *_NUMPYS):
+            raise InvalidInput("hands", name, f"names of hands other than {', '.join((*ARRAYS, *_NUMPYS))}")
     buffer = BytesIO()
     arrays: dict[str, Any] = {
         "t": trajectory.t,

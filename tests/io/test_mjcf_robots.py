@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pinocchio as pin
 import pytest
-from mjcf_models import compiled, nothing, other_robot, placed, still, text_of
+from mjcf_models import compiled, mujoco, nothing, other_robot, placed, still, text_of
 from scipy.spatial.transform import Rotation
 
 from humanoid_rail import InvalidInput, Robot, Trajectory, paper_scene, plan_case, retime, robot_from_urdf
@@ -74,29 +74,59 @@ def test_what_mujoco_can_have_it_loads(motion: Trajectory, pattern: str, replace
 
 
 @pytest.mark.parametrize(
-    ("pattern", "replacement", "count", "field"),
+    ("pattern", "replacement", "count", "assumed"),
     [
-        (INERTIA, DIAGONAL.format(0.1, 0.3, 0.41), 1, "link l0.inertial"),
-        (INERTIA, DIAGONAL.format(0.1, 0.3, -0.4), 1, "inertial of what j0 moves"),
-        (INERTIA, DIAGONAL.format(1e-16, 1e-16, 1e-16), 1, "link l0.inertial"),
-        ('<mass value="1.5"/>', '<mass value="0"/>', 1, "inertial of what j0 moves"),
-        (r'("tool"><inertial>.*?)<mass value="1.5"/>', r'\1<mass value="0"/>', 1, "link tool.inertial"),
-        ('<mass value="1.5"/>', '<mass value="1e-16"/>', 1, "link l0.inertial"),
-        (r'(<link name="f">)<inertial>.*?</inertial>', r"\1", 1, "inertial of what finger moves"),
+        (INERTIA, DIAGONAL.format(0.1, 0.3, 0.41), 1, "what j0 moves; assumed are moments .* greater by 0.01 "),
+        (INERTIA, DIAGONAL.format(1e-16, 1e-16, 1e-16), 1, "what j0 moves; assumed are moments .* at least 0.00015 "),
+        ('<mass value="1.5"/>', '<mass value="0"/>', 1, "what j0 moves; assumed are a mass of 0.001 kg$"),
+        ('<mass value="1.5"/>', '<mass value="1e-16"/>', 1, "what j0 moves; assumed are a mass of 0.001 kg$"),
+        (
+            r'(<link name="f">)<inertial>.*?</inertial>',
+            r"\1",
+            1,
+            "what finger moves; .* 0.001 kg and moments .* 1e-07 ",
+        ),
     ],
 )
-def test_what_mujoco_cannot_have_is_named(
-    motion: Trajectory, pattern: str, replacement: str, count: int, field: str
+def test_what_mujoco_cannot_have_is_mended_and_said(
+    motion: Trajectory, pattern: str, replacement: str, count: int, assumed: str
 ) -> None:
     robot = changed_robot(f"(?s){pattern}", replacement, count)
+    with pytest.warns(UserWarning, match=assumed):
+        model = compiled(robot, nothing(robot), still(robot, motion, robot.initial))
+    assert model.nu == robot.n
+    # No less than in the URDF, so that the actuators are strong enough for both.
+    total, wanted = model.body_mass.sum(), sum(inertia.mass for inertia in robot.model.inertias)
+    assert wanted - 1e-12 <= total <= wanted + 1.1e-3
+
+
+def test_a_link_without_an_inertia_of_its_own_moves_with_its_joint(motion: Trajectory) -> None:
+    """Where a fixed link cannot have its inertia, what the joint moves has all of it, as in Pinocchio."""
+    robot = changed_robot(r'(?s)("tool"><inertial>.*?)<mass value="1.5"/>', r'\1<mass value="0"/>', 1)
+    model = compiled(robot, nothing(robot), still(robot, motion, robot.initial))  # without a warning
+    q = robot.full_configuration(robot.initial)
+    upper = np.triu(pin.crba(robot.model, robot.model.createData(), q))
+    found, data = np.zeros((model.nv, model.nv)), placed(model, q)
+    for column, unit in zip(found, np.eye(model.nv), strict=True):
+        mujoco.mj_mulM(model, data, column, unit)
+    np.testing.assert_allclose(found, upper + np.triu(upper, 1).T, atol=1e-12)
+
+
+def test_negative_inertias_are_refused(motion: Trajectory) -> None:
+    robot = changed_robot(f"(?s){INERTIA}", DIAGONAL.format(0.1, 0.3, -0.4), 1)
     with pytest.raises(InvalidInput) as caught:
         text_of(robot, nothing(robot), still(robot, motion, robot.initial))
-    assert caught.value.field == field
+    assert caught.value.field == "inertial of what j0 moves"
 
 
-def test_a_link_called_world_is_the_root(motion: Trajectory) -> None:
+def test_a_link_called_world_that_moves_has_another_name(motion: Trajectory, rng: np.random.Generator) -> None:
+    """MuJoCo calls the ground so."""
     other = other_robot()
     urdf = other.urdf.replace('"world"', '"floor"').replace('"l3"', '"world"')
     robot = robot_from_urdf(urdf, None, other.hands)
-    with pytest.raises(InvalidInput, match="link world is 'moved by joint j3'"):
-        text_of(robot, nothing(robot), still(robot, motion, robot.initial))
+    model = compiled(robot, nothing(robot), still(robot, motion, robot.initial))
+    q = robot.full_configuration(rng.uniform(robot.lower, robot.upper))
+    data = robot.model.createData()
+    pin.framesForwardKinematics(robot.model, data, q)
+    at = data.oMf[robot.model.getFrameId("world", pin.FrameType.BODY)]
+    np.testing.assert_allclose(placed(model, q).body("world_").xpos, at.translation, atol=1e-9)

@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from humanoid_rail._arrays import Array
-from humanoid_rail.errors import InvalidInput
+from humanoid_rail.io.mujoco.inertias import mended_inertias
 from humanoid_rail.model.robot import Robot
 
 BANDWIDTH = 20.0
@@ -35,10 +35,26 @@ def gravity_load(robot: Robot, q: Array) -> Array:
         robot: The robot. Its passive joints are held by those that they follow.
         q: Configurations (N, n), m and rad.
     """
-    model, data = robot.model, robot.model.createData()
+    model = mended_inertias(robot).model
+    data = model.createData()
     return np.array(
         [pin.computeGeneralizedGravity(model, data, robot.full_configuration(sample)) for sample in q]
     ) @ np.asarray(robot.coupling)
+
+
+def needed_forces(robot: Robot, q: Array, velocity: Array, acceleration: Array) -> Array:
+    """Return the forces that move the robot so (N, n), N and N m, those against gravity included.
+
+    Args:
+        robot: The robot. Its passive joints are moved by those that they follow.
+        q: Configurations (N, n), m and rad.
+        velocity: (N, n), m/s and rad/s.
+        acceleration: (N, n), m/s^2 and rad/s^2.
+    """
+    model, S = mended_inertias(robot).model, np.asarray(robot.coupling)
+    data = model.createData()
+    samples = zip(q, velocity, acceleration, strict=True)
+    return np.array([S.T @ pin.rnea(model, data, robot.full_configuration(at), S @ v, S @ a) for at, v, a in samples])
 
 
 def position_actuators(robot: Robot, q: Array) -> tuple[PositionActuator, ...]:
@@ -52,12 +68,9 @@ def position_actuators(robot: Robot, q: Array) -> tuple[PositionActuator, ...]:
         q: Configurations (N, n) of the motion, m and rad.
 
     Raises:
-        InvalidInput: If what a joint moves has no mass or no inertia.
+        InvalidInput: If a joint moves something with a negative moment of inertia.
     """
-    model, S = robot.model, robot.coupling
-    for name, moved in zip(list(model.names)[1:], list(model.inertias)[1:], strict=True):
-        if not (moved.mass > 0 and np.linalg.eigvalsh(moved.inertia).min() > 0):
-            raise InvalidInput(f"inertial of what {name} moves", moved.mass, "a mass and an inertia greater than 0")
+    model, S = mended_inertias(robot).model, robot.coupling
     data = model.createData()
     seen = np.zeros(robot.n)
     for sample in q:

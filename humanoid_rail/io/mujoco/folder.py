@@ -2,23 +2,31 @@
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 
+from humanoid_rail._arrays import Array
 from humanoid_rail.errors import InvalidInput
-from humanoid_rail.io.mujoco.actuators import gravity_load, position_actuators
+from humanoid_rail.io.mujoco.actuators import PositionActuator, gravity_load, needed_forces, position_actuators
 from humanoid_rail.io.mujoco.mjcf import mjcf
+from humanoid_rail.io.mujoco.visual_meshes import visual_meshes
 from humanoid_rail.io.robot_motion import all_joints
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.result import Timing
 from humanoid_rail.scene.obstacles import is_moving
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.trajectory import Trajectory
 
 
 def mujoco_files(trajectory: Trajectory, robot: Robot, scene: Scene) -> dict[str, bytes]:
-    """Return the files of an export: their contents by name.
+    """Return the files of an export: their contents by name, those of meshes in a folder.
+
+    A warning names the joints whose limit of effort is less than the motion needs: MuJoCo keeps the limit, and the
+    robot falls behind.
 
     Args:
         trajectory: The motion.
@@ -37,6 +45,7 @@ def mujoco_files(trajectory: Trajectory, robot: Robot, scene: Scene) -> dict[str
     if len(trajectory.t) < 2:
         raise InvalidInput("trajectory.t", trajectory.t, "a motion of two samples or more")
     actuators, load = position_actuators(robot, trajectory.q), gravity_load(robot, trajectory.q)
+    _warn_of_weakness(trajectory, trajectory.timing, robot, actuators, load)
     kp, kv = (np.array([getattr(actuator, gain) for actuator in actuators]) for gain in ("kp", "kv"))
     ctrl = trajectory.q + (kv * trajectory.timing.velocity + load) / kp
     qpos, qvel = all_joints(robot, [trajectory.q, trajectory.timing.velocity])
@@ -53,5 +62,24 @@ def mujoco_files(trajectory: Trajectory, robot: Robot, scene: Scene) -> dict[str
     buffer = BytesIO()
     np.savez_compressed(buffer, **arrays)
     player = Path(__file__).with_name("player.py").read_bytes()
-    model = mjcf(robot, scene, trajectory, actuators, ctrl[0])
-    return {"scene.xml": model.encode(), "motion.npz": buffer.getvalue(), "play.py": player}
+    meshes = visual_meshes(robot)
+    model = mjcf(robot, scene, trajectory, actuators, ctrl[0], meshes)
+    return {**meshes.files, "scene.xml": model.encode(), "motion.npz": buffer.getvalue(), "play.py": player}
+
+
+def _warn_of_weakness(
+    trajectory: Trajectory, timing: Timing, robot: Robot, actuators: Sequence[PositionActuator], load: Array
+) -> None:
+    forces = abs(needed_forces(robot, trajectory.q, timing.velocity, timing.acceleration)).max(axis=0)
+    limits = np.array([actuator.effort_limit for actuator in actuators])
+    weak = [
+        f"{actuator.joint} {force:.3g} of {actuator.effort_limit:.3g}"
+        for actuator, force in zip(actuators, forces, strict=True)
+        if force > actuator.effort_limit
+    ]
+    if weak:
+        what = "the motion needs more than the limits of effort, N or N m, and will not be followed"
+        how = "lower limits of acceleration make it slower, such as by load_robot(..., acceleration_time=1)"
+        if (abs(load).max(axis=0) > limits).any():
+            how = "the weight alone is more, as that of robots with springs or counterweights that the URDF has not"
+        warnings.warn(f"{what}: {', '.join(weak)}; {how}", stacklevel=3)

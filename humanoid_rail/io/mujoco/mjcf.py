@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from itertools import combinations, product
 from xml.etree import ElementTree
@@ -9,16 +10,25 @@ from xml.etree.ElementTree import Element, SubElement
 
 import coal
 import numpy as np
-import pinocchio as pin
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.io.mujoco.actuators import PositionActuator
-from humanoid_rail.io.mujoco.mjcf_bodies import add_robot, find, numbers, shape_attributes, visuals
+from humanoid_rail.io.mujoco.inertias import mended_inertias
+from humanoid_rail.io.mujoco.mjcf_bodies import (
+    add_mesh_assets,
+    add_robot,
+    body_names,
+    find,
+    numbers,
+    shape_attributes,
+    site_size,
+    underside,
+)
+from humanoid_rail.io.mujoco.visual_meshes import NO_MESHES, VisualMeshes
 from humanoid_rail.model.robot import Robot
-from humanoid_rail.model.urdf import read_urdf
 from humanoid_rail.scene.obstacles import HalfSpace, Obstacle, is_moving, name_of
 from humanoid_rail.scene.scene import Scene
-from humanoid_rail.scene.shapes import PlacedShape, placed_shapes, support
+from humanoid_rail.scene.shapes import PlacedShape, placed_shapes
 from humanoid_rail.trajectory import Trajectory
 from humanoid_rail.viewer.camera import viewpoint
 from humanoid_rail.viewer.colours import hand_colour, rgb
@@ -59,12 +69,20 @@ TEMPLATE = f"""
 """
 
 
-def mjcf(robot: Robot, scene: Scene, trajectory: Trajectory, actuators: Sequence[PositionActuator], ctrl: Array) -> str:
+def mjcf(
+    robot: Robot,
+    scene: Scene,
+    trajectory: Trajectory,
+    actuators: Sequence[PositionActuator],
+    ctrl: Array,
+    meshes: VisualMeshes = NO_MESHES,
+) -> str:
     """Return a motion's robot and scene as the text of an MJCF file.
 
-    Every link of the URDF is a body, fixed ones too, with its inertia, its primitive visual bodies (group 2) and the
+    Every link of the URDF is a body, fixed ones too, with its inertia, its visual bodies (group 2) and the
     collision bodies that the robot is checked with (group 3, hidden at first). MuJoCo looks for contacts where the
-    robot is checked, and nowhere else. The order of the joints is Pinocchio's.
+    robot is checked, and nowhere else. The order of the joints is Pinocchio's. A warning says which inertias are not
+    those of the URDF.
 
     Args:
         robot: The robot.
@@ -72,20 +90,26 @@ def mjcf(robot: Robot, scene: Scene, trajectory: Trajectory, actuators: Sequence
         trajectory: The motion: for the keyframe `start` and the view.
         actuators: Those of the actuated joints.
         ctrl: The command that they are given at the start (n,), m and rad.
+        meshes: The visual meshes; their files lie where `files` says.
 
     Raises:
-        InvalidInput: If a collision body has no thickness, or MuJoCo cannot have an inertia.
+        InvalidInput: If a collision body has no thickness, or a moment of inertia is negative.
     """
+    inertias = mended_inertias(robot)
+    for sentence in inertias.assumed:
+        warnings.warn(sentence, stacklevel=2)
     document = ElementTree.fromstring(TEMPLATE)
     document.set("model", robot.name)
     world = find(document, "worldbody")
     _set_view(document, robot, scene, trajectory)
     if not any(isinstance(obstacle, HalfSpace) for obstacle in scene.obstacles):
-        _add_floor(world, robot)
-    add_robot(world, robot, actuators)
+        place = {"pos": numbers([0.0, 0.0, underside(robot, meshes)]), "size": "0 0 1"}
+        SubElement(world, "geom", {"class": "visual"}, type="plane", material="floor", **place)
+    add_mesh_assets(find(document, "asset"), robot, meshes)
+    add_robot(world, robot, actuators, inertias, meshes)
     for i, (hand, end) in enumerate(zip(robot.hands, trajectory.hands[-1], strict=True)):
-        rgba = f"{numbers(rgb(hand_colour(i)))} 0.4"
-        SubElement(world, "site", name=f"{hand.name}_end", pos=numbers(end), size="0.05", rgba=rgba)
+        rgba, size = f"{numbers(rgb(hand_colour(i)))} 0.4", numbers(site_size(robot.arm_reaches[i], 0.05))
+        SubElement(world, "site", name=f"{hand.name}_end", pos=numbers(end), size=size, rgba=rgba)
     _add_obstacles(document, scene)
     _add_contacts(document, robot, scene)
     _add_coupling(find(document, "equality"), robot)
@@ -109,15 +133,6 @@ def _set_view(document: Element, robot: Robot, scene: Scene, trajectory: Traject
     light.attrib |= {"dir": numbers(ray), "pos": numbers(middle - distance * ray)}
     azimuth, elevation = np.degrees([np.arctan2(-camera[1], -camera[0]), -np.arcsin(camera[2] / distance)])
     find(document, "visual/global").attrib |= {"azimuth": f"{azimuth:.1f}", "elevation": f"{elevation:.1f}"}
-
-
-def _add_floor(world: Element, robot: Robot) -> None:
-    """Draw a floor under the root link. It touches nothing."""
-    root = next(frame.name for frame in robot.model.frames if frame.type == pin.FrameType.BODY)
-    down = np.array([0.0, 0.0, -1.0])
-    undersides = [-support(visual, down) for visual, _ in visuals(read_urdf(robot.urdf).links[root])]
-    place = {"pos": numbers([0.0, 0.0, min(undersides, default=0.0)]), "size": "0 0 1"}
-    SubElement(world, "geom", {"class": "visual"}, type="plane", material="floor", **place)
 
 
 def _add_obstacles(document: Element, scene: Scene) -> None:
@@ -144,12 +159,12 @@ def _pieces(obstacles: Sequence[Obstacle], i: int) -> list[tuple[str, PlacedShap
 
 def _add_contacts(document: Element, robot: Robot, scene: Scene) -> None:
     """Exclude the pairs of links that are not checked, and ask for those that MuJoCo leaves out by itself."""
-    contact = find(document, "contact")
+    contact, names = find(document, "contact"), body_names(robot)
     bodies, links = robot.collision_model.geometryObjects, robot.link_names
     excluded = [frozenset((pair.link, pair.other)) for pair in robot.unchecked_pairs]
     for a, b in combinations(dict.fromkeys(links), 2):
         if frozenset((a, b)) in excluded:
-            SubElement(contact, "exclude", body1=a, body2=b)
+            SubElement(contact, "exclude", body1=names[a], body2=names[b])
     # MuJoCo looks at no pair that cannot move relative to each other, nor at parts of links that are excluded.
     for i, j in robot.self_collision_pairs:
         if bodies[i].parentJoint == bodies[j].parentJoint or frozenset((links[i], links[j])) in excluded:
