@@ -17,7 +17,7 @@ from humanoid_rail.geometry.mesh_names import find_mesh
 from humanoid_rail.model.humanoid import paper_robot
 from humanoid_rail.viewer.forms import Group
 from humanoid_rail.viewer.playback import playback_html
-from humanoid_rail.viewer.visual_meshes import draw_visuals
+from humanoid_rail.viewer.visual_meshes import draw_visuals, robot_visuals
 
 RED, BLUE = (255, 0, 0, 255), (0, 0, 255, 128)
 
@@ -49,7 +49,7 @@ class Recorder:
 
 def drawn(robot: Robot) -> list[tuple[Any, Any]]:
     found: dict[str, Any] = {}
-    draw_visuals(Recorder(found), robot)
+    draw_visuals(Recorder(found), robot_visuals(robot))
     (place,) = {path.rsplit("/", 1)[0] for path, it in found.items() if isinstance(it, tuple) and "chest_0/" in path}
     T = found[f"{place} at"]
     np.testing.assert_allclose(T, [[0, -1, 0, 0.1], [1, 0, 0, 0.2], [0, 0, 1, 0.3], [0, 0, 0, 1]], atol=1e-9)
@@ -135,7 +135,7 @@ def test_meshes_that_are_not_there_or_are_none(name: str, tmp_path: Path, monkey
     found: dict[str, Any] = {}
     robot = robot_with(name)
     with pytest.warns(UserWarning, match=r"^link chest\.visual") as warned:
-        draw_visuals(Recorder(found), robot)
+        draw_visuals(Recorder(found), robot_visuals(robot))
     assert expected.get(name, "looked at: ") in str(warned[0].message)
     shapes = [type(drawn[0]).__name__ for path, drawn in found.items() if "chest_" in path and not path.endswith(" at")]
     assert shapes  # the capsule of the chest
@@ -143,7 +143,7 @@ def test_meshes_that_are_not_there_or_are_none(name: str, tmp_path: Path, monkey
 
 def test_the_paper_s_robot_is_drawn_as_pinocchio_has_it(robot: Robot) -> None:
     found: dict[str, Any] = {}
-    draw_visuals(Recorder(found), robot)
+    draw_visuals(Recorder(found), robot_visuals(robot))
     visual = pin.buildGeomFromUrdfString(robot.model, robot.urdf, pin.GeometryType.VISUAL)
     assert len(found) == visual.ngeoms
     assert all(isinstance(drawn, Group) for drawn, _ in found.values())
