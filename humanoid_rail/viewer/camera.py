@@ -52,6 +52,9 @@ def viewpoint(robot: Robot, scene: Scene, trajectory: Trajectory) -> tuple[Array
     walls = [(np.array(o.normal), o.offset) for o in scene.obstacles if isinstance(o, HalfSpace)]
     cameras = [radius * CAMERA * [x, y, 1.0] for x in (1, -1) for y in (1, -1)]
     if robot.meshes:
+        # From in front: the robot does not hide then what it does.
+        if np.mean(targets, axis=0)[0] > np.vstack(bodies)[:, 0].mean():
+            cameras = [*cameras[2:], *cameras[:2]]
         cameras = [fitted(camera, seen - middle) for camera in cameras]
     clear = [camera for camera in cameras if all(n @ (middle + camera) > d for n, d in walls)]
     return middle, (clear or cameras)[0]

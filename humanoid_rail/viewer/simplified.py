@@ -84,7 +84,7 @@ def _points(mesh: Triangles, number: NDArray[np.int64], cell: float) -> Array:
 
     def summed(values: Array, by: NDArray[np.int64]) -> Array:
         columns = values.reshape(len(by), -1).T
-        sums = np.stack([np.bincount(by, weights=column, minlength=count) for column in columns], axis=-1)
+        sums: Array = np.stack([np.bincount(by, weights=column, minlength=count) for column in columns], axis=-1)
         return sums.reshape(count, *values.shape[1:])
 
     mean = summed(mesh.vertices, number) / np.bincount(number, minlength=count)[:, None]

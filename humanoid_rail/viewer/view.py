@@ -30,7 +30,7 @@ from humanoid_rail.viewer.visual_meshes import Visual, draw_visuals, robot_visua
 BELOW = 0.01
 """The grid is drawn this far below the lowest point of robot and obstacles, m."""
 
-DIM = {"AmbientLight": 0.4, "FillLight": 0.3, "PointLightNegativeX": 0.2, "PointLightPositiveX": 0.2}
+DIM = {"AmbientLight": 0.5, "FillLight": 0.3, "PointLightNegativeX": 0.2, "PointLightPositiveX": 0.2}
 """Lights of meshcat where they are weaker, and how strong they are."""
 
 
