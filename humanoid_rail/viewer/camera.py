@@ -22,7 +22,7 @@ HALF_HEIGHT = np.tan(np.radians(75.0 / 2)) / ZOOM
 """From the middle of the picture to its top, at distance 1: meshcat's camera sees 75 degrees without zoom."""
 WIDE = 1.5
 """Pictures are taken to be wider than high by this factor."""
-SHARE = 0.85
+SHARE = 0.8
 """The share of the picture that is filled where that is computed."""
 NEARBY = 1.5
 """Obstacles count for the picture within this distance of robot and targets, m; it is scaled with the robot."""

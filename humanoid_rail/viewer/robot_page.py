@@ -126,14 +126,14 @@ def _core(shape: coal.CollisionGeometry) -> tuple[Array, float, float]:
             raise TypeError(f"no distance of a {type(shape).__name__} in a page")
 
 
-def _unchecked(robot: Robot) -> Iterator[tuple[int, int, float, int]]:
+def _unchecked(robot: Robot) -> Iterator[list[int]]:
     """Yield the pairs of bodies of links that are not checked, but could move, and the number of the reason."""
     of_link: dict[str, list[int]] = {}
     for i, name in enumerate(robot.link_names):
         of_link.setdefault(name, []).append(i)
     for number, pair in enumerate(robot.unchecked_pairs):
         if not pair.why.endswith(NO_JOINT):
-            yield from ((i, j, 0.0, number) for i in of_link[pair.link] for j in of_link[pair.other])
+            yield from ([i, j, 0, number] for i in of_link[pair.link] for j in of_link[pair.other])
 
 
 def _unit(model: pin.Model, name: str) -> str:
