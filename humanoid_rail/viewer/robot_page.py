@@ -26,6 +26,8 @@ from humanoid_rail.viewer.visual_meshes import draw_visuals, robot_visuals
 
 NEAR = 0.01
 """Checked pairs that are nearer than this are marked, m: the safety distance, unless a pair has a smaller one."""
+MOVED = 4
+"""The camera also sees the robot in so many random postures."""
 START = "start"
 """The posture in which motions start is called so."""
 FRONT = CAMERA * [-1.0, -1.0, 1.0]
@@ -41,8 +43,10 @@ def robot_html(robot: Robot) -> str:
     drawn, visuals = CommandList(), robot_visuals(robot)
     view = meshcat.Visualizer(window=drawn)
     points = robot_points(robot, visuals, robot.initial)
-    middle = (points.min(axis=0) + points.max(axis=0)) / 2
-    set_up(view, middle, fitted(FRONT, points - middle), float(points[:, 2].min()) - BELOW)
+    moved = np.random.default_rng(0).uniform(robot.lower, robot.upper, (MOVED, robot.n))
+    seen = np.vstack([points, *(robot_points(robot, (), q) for q in moved)])
+    middle = (seen.min(axis=0) + seen.max(axis=0)) / 2
+    set_up(view, middle, fitted(FRONT, seen - middle), float(points[:, 2].min()) - BELOW)
     dim(view)
     world = view["world"]
     world.set_transform(mt.translation_matrix(-middle))
