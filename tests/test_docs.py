@@ -104,7 +104,7 @@ def test_the_commands_of_the_readme_run(
         (tmp_path / folder).symlink_to(ROOT / folder)
     monkeypatch.chdir(tmp_path)
     lines = quick_start()
-    assert {"plan", "verify", "export", "urdf"} <= {shlex.split(line)[1] for line in lines}
+    assert {"plan", "verify", "export", "robot", "urdf"} <= {shlex.split(line)[1] for line in lines}
     for line in lines:
         ran = Ran(capfd, *shlex.split(line, comments=True)[1:])
         assert ran.code == 0, f"{line}: {ran.err}"

@@ -15,6 +15,7 @@ COMMANDS = {
     "play": "Play back a plan in the browser.",
     "verify": "Prove a plan free of contact again.",
     "export": "Write a plan for other tools: CSV, NumPy, ROS 2, MuJoCo.",
+    "robot": "Show a robot: its report, and a page to move it.",
     "urdf": "Print the URDF of the robot, or its SRDF.",
 }
 """What each command does, by its name and in the order of the help."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import coal
 import numpy as np
 
 from humanoid_rail._arrays import Array
@@ -10,16 +9,25 @@ from humanoid_rail.kinematics.kinematics import Kinematics
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import HalfSpace
 from humanoid_rail.scene.scene import Scene
-from humanoid_rail.scene.shapes import PlacedShape, placed_shapes
+from humanoid_rail.scene.shapes import placed_shapes
 from humanoid_rail.scene.targets import position
 from humanoid_rail.trajectory import Trajectory
+from humanoid_rail.viewer.sizes import bounds, corners, robot_points, scale
 
 CAMERA = np.array([-1.45, -1.2, 0.5])
 """Where the camera is from the middle of what is to be seen, in units of its radius; mirrored where a wall is there."""
 ZOOM = 1.9
 """The camera magnifies by this factor."""
+HALF_HEIGHT = np.tan(np.radians(75.0 / 2)) / ZOOM
+"""From the middle of the picture to its top, at distance 1: meshcat's camera sees 75 degrees without zoom."""
+WIDE = 1.5
+"""Pictures are taken to be wider than high by this factor."""
+SHARE = 0.8
+"""The share of the picture that is filled where that is computed."""
 NEARBY = 1.5
-"""Obstacles count for the picture within this distance of robot and targets, m."""
+"""Obstacles count for the picture within this distance of robot and targets, m; it is scaled with the robot."""
+SMALLEST = 1.0
+"""At least a ball of this radius is to be seen, m; it is scaled with the robot."""
 
 
 def viewpoint(robot: Robot, scene: Scene, trajectory: Trajectory) -> tuple[Array, Array]:
@@ -27,26 +35,36 @@ def viewpoint(robot: Robot, scene: Scene, trajectory: Trajectory) -> tuple[Array
 
     To be seen are the robot during the whole motion, the targets and those parts of the obstacles that are near them.
     """
-    kinematics = Kinematics(robot)
+    kinematics, nearby = Kinematics(robot), NEARBY * scale(robot)
     times = np.linspace(0.0, trajectory.duration, 12)
     robots = np.vstack([kinematics.stick_figure(trajectory.configuration(t)) for t in times])
     targets = [position(target) for step in scene.steps for target in step.values() if target is not None]
     points = np.vstack([robots, trajectory.hands.reshape(-1, 3), targets])
     low, high = points.min(axis=0), points.max(axis=0)
-    boxes = [_bounds(piece) for obstacle in scene.obstacles for piece in placed_shapes(obstacle)]
-    near = np.clip(np.vstack([points, *boxes]), low - NEARBY, high + NEARBY)
+    boxes = [bounds(piece) for obstacle in scene.obstacles for piece in placed_shapes(obstacle)]
+    near = np.clip(np.vstack([points, *boxes]), low - nearby, high + nearby)
     low, high = near.min(axis=0), near.max(axis=0)
-    middle, radius = (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 1.0)
+    middle, radius = (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, SMALLEST * scale(robot))
+    if robot.meshes:  # these are more than their stick figure
+        bodies = [robot_points(robot, (), trajectory.configuration(t)) for t in times[::3]]
+        seen = np.vstack([*bodies, *targets, *(corners(np.clip(box, low, high)) for box in boxes if len(box))])
+        middle, radius = (seen.min(axis=0) + seen.max(axis=0)) / 2, 1.0
     walls = [(np.array(o.normal), o.offset) for o in scene.obstacles if isinstance(o, HalfSpace)]
     cameras = [radius * CAMERA * [x, y, 1.0] for x in (1, -1) for y in (1, -1)]
+    if robot.meshes:
+        # From in front: the robot does not hide then what it does.
+        if np.mean(targets, axis=0)[0] > np.vstack(bodies)[:, 0].mean():
+            cameras = [*cameras[2:], *cameras[:2]]
+        cameras = [fitted(camera, seen - middle) for camera in cameras]
     clear = [camera for camera in cameras if all(n @ (middle + camera) > d for n, d in walls)]
     return middle, (clear or cameras)[0]
 
 
-def _bounds(placed: PlacedShape) -> Array:
-    """Return the corners (2, 3) of the box around a shape, m; none (0, 3) for a half-space, which has no end."""
-    if isinstance(placed.shape, coal.Halfspace):
-        return np.zeros((0, 3))
-    body = coal.CollisionObject(placed.shape, placed.placement)
-    body.computeAABB()
-    return np.array([body.getAABB().min_, body.getAABB().max_])
+def fitted(direction: Array, points: Array) -> Array:
+    """Return where the camera is (3,), in a direction (3,), that sees all points (k, 3) around the origin, m."""
+    back = direction / np.linalg.norm(direction)
+    right = np.cross([0.0, 0.0, 1.0], back)
+    right /= np.linalg.norm(right)
+    up = np.cross(back, right)
+    beside = np.maximum(abs(points @ up), abs(points @ right) / WIDE) / (SHARE * HALF_HEIGHT)
+    return back * float(np.max(points @ back + beside))

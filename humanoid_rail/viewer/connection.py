@@ -30,14 +30,19 @@ class _OnTop(mg.Mesh):  # type: ignore[misc]  # meshcat has no types
         return data
 
 
-def draw_connection(view: meshcat.Visualizer, emphasised: bool) -> None:
+def draw_connection(view: meshcat.Visualizer, emphasised: bool, scale: float = 1.0) -> None:
     """Draw a line of length 1 and two spheres at its ends, which :func:`move_connection` puts in place.
 
     They are seen through bodies, or else they would be hidden where it matters: where two touch. An emphasised one is
     thicker and outlined in white, so that it is seen in front of what is dark.
+
+    Args:
+        view: The node to draw into.
+        emphasised: Whether it is the one that matters.
+        scale: Thickness and spheres are as much larger than for the paper's robot.
     """
-    line, sphere = (0.008, 0.025) if emphasised else (0.005, 0.016)
-    layers = [(0.008, 0xFFFFFF)] if emphasised else []
+    line, sphere = scale * np.array([0.008, 0.025] if emphasised else [0.005, 0.016])
+    layers = [(0.008 * scale, 0xFFFFFF)] if emphasised else []
     for order, (outline, colour) in enumerate([*layers, (0.0, CLOSEST_COLOUR)], start=1):
         view[f"line/{order}"].set_object(_OnTop(mg.Cylinder(1.0, line + outline), colour, order))
         for end in _ENDS:

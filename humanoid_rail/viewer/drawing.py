@@ -65,28 +65,33 @@ def moving_together(obstacles: Iterable[Obstacle]) -> dict[str, list[Obstacle]]:
     return {f"together{number}": together for number, together in enumerate(grouped.values())}
 
 
-def draw_target(view: meshcat.Visualizer, at: Array, direction: Array | None, colour: int) -> None:
-    """Draw a target (3,) and, if the hand has to point in a direction (3,), a cone that points so at the target."""
-    view["point"].set_object(mg.Sphere(0.035), mg.MeshPhongMaterial(color=colour))
-    view["halo"].set_object(mg.Sphere(0.09), mg.MeshPhongMaterial(color=colour, opacity=0.3, transparent=True))
+def draw_target(view: meshcat.Visualizer, at: Array, direction: Array | None, colour: int, scale: float = 1.0) -> None:
+    """Draw a target (3,) and, if the hand has to point in a direction (3,), a cone that points so at the target.
+
+    All is as much larger by `scale` than for the paper's robot.
+    """
+    view["point"].set_object(mg.Sphere(0.035 * scale), mg.MeshPhongMaterial(color=colour))
+    view["halo"].set_object(mg.Sphere(0.09 * scale), mg.MeshPhongMaterial(color=colour, opacity=0.3, transparent=True))
     if direction is not None:
-        cone = mg.Cylinder(DIRECTION_LENGTH, radiusTop=0.0, radiusBottom=0.04)
+        length = DIRECTION_LENGTH * scale
+        cone = mg.Cylinder(length, radiusTop=0.0, radiusBottom=0.04 * scale)
         view["direction"].set_object(cone, mg.MeshPhongMaterial(color=colour))
         turn = pin.Quaternion.FromTwoVectors(np.array([0.0, 1.0, 0.0]), direction).matrix()
-        view["direction"].set_transform(pin.SE3(turn, -DIRECTION_LENGTH / 2 * direction).homogeneous)
+        view["direction"].set_transform(pin.SE3(turn, -length / 2 * direction).homogeneous)
     view.set_transform(mt.translation_matrix(at))
 
 
-def draw_trace(view: meshcat.Visualizer, hand: Array, colours: Array) -> None:
+def draw_trace(view: meshcat.Visualizer, hand: Array, colours: Array, scale: float = 1.0) -> None:
     """Draw the path of a hand as evenly spaced points.
 
     Args:
         view: The node to draw into.
         hand: Positions of the hand at the samples (N, 3), m.
         colours: Red, green and blue at the samples (N, 3), from 0 to 1.
+        scale: Points and their distance are as much larger than for the paper's robot.
     """
     length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(hand, axis=0), axis=1))])
-    at = np.arange(0.0, length[-1] + 1e-9, TRACE_SPACING)
+    at = np.arange(0.0, length[-1] + 1e-9, TRACE_SPACING * scale)
     position = np.array([np.interp(at, length, column) for column in hand.T])
     colour = np.array([np.interp(at, length, column) for column in colours.T])
-    view.set_object(mg.PointCloud(position.astype(np.float32), colour.astype(np.float32), size=0.05))
+    view.set_object(mg.PointCloud(position.astype(np.float32), colour.astype(np.float32), size=0.05 * scale))

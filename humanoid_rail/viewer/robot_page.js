@@ -1,0 +1,148 @@
+// The page of a robot: sliders for its joints, where its links are, and which of its bodies touch.
+"use strict";
+
+const robot = JSON.parse(document.getElementById("robot-data").textContent);
+const COLOURS = { free: [0x4c8dd6, 0.3], near: [0xf07f1b, 0.6], touching: [0xd7191c, 0.8] };
+let q = [...robot.initial];
+
+// Return the product of two placements, matrices (4, 4) by columns.
+function times(a, b) {
+  const c = new Array(16).fill(0);
+  for (let i = 0; i < 4; i++)
+    for (let j = 0; j < 4; j++) for (let k = 0; k < 4; k++) c[4 * j + i] += a[4 * k + i] * b[4 * j + k];
+  return c;
+}
+
+// Return the motion of a joint by `at` m along, or rad about, its axis.
+function motion(joint, at) {
+  const [x, y, z] = joint.axis;
+  if (joint.kind === "prismatic") return [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, x * at, y * at, z * at, 1];
+  const s = Math.sin(at), c = Math.cos(at), d = 1 - c;
+  return [
+    c + d * x * x, d * x * y + s * z, d * x * z - s * y, 0,
+    d * x * y - s * z, c + d * y * y, d * y * z + s * x, 0,
+    d * x * z + s * y, d * y * z - s * x, c + d * z * z, 0,
+    0, 0, 0, 1,
+  ];
+}
+
+// Return where all joints are in a configuration, followers with their leaders.
+function placements(q) {
+  const found = [[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]];
+  for (const joint of robot.joints) {
+    const at = joint.follows.reduce((sum, [i, factor]) => sum + factor * q[i], joint.offset);
+    found.push(times(times(found[joint.parent], joint.placement), motion(joint, at)));
+  }
+  return found;
+}
+
+// Return the bodies where they are.
+function placedBodies(q) {
+  const at = placements(q);
+  return robot.bodies.map(body => {
+    const m = at[body.joint];
+    const turned = p => [0, 1, 2].map(i => m[i] * p[0] + m[4 + i] * p[1] + m[8 + i] * p[2]);
+    const placed = p => turned(p).map((x, i) => x + m[12 + i]);
+    return { ...body, points: body.points.map(placed), axis: turned(body.axis), middle: placed(body.middle) };
+  });
+}
+
+// Return the distances of pairs of bodies [i, j, m] in m; infinite where they are surely farther than that.
+function distances(q, pairs) {
+  const bodies = placedBodies(q);
+  return pairs.map(([i, j, most]) => {
+    const a = bodies[i], b = bodies[j];
+    const apart = Math.hypot(...minus(a.middle, b.middle)) - a.extent - b.extent;
+    return apart > most ? Infinity : convexDistance(a, b);
+  });
+}
+
+function inScene(...path) {
+  return viewer.scene_tree.find(["meshcat", "world", ...path]).object;
+}
+
+function paint(body, [colour, opacity]) {
+  inScene("bodies", robot.names[body.joint], body.name).traverse(node => {
+    if (node.material) {
+      node.material.color.setHex(colour);
+      node.material.opacity = opacity;
+    }
+  });
+}
+
+function list(id, lines) {
+  const items = lines.map(line => Object.assign(document.createElement("li"), { textContent: line }));
+  document.getElementById(id).replaceChildren(...items);
+  document.getElementById(`${id}-count`).textContent = lines.length;
+}
+
+function showContacts() {
+  const found = distances(q, robot.checked), states = robot.bodies.map(() => "free");
+  const said = { touching: new Set(), near: new Set() };
+  robot.checked.forEach(([i, j, least], k) => {
+    if (found[k] > least) return;
+    const state = found[k] <= 0 ? "touching" : "near";
+    for (const body of [i, j]) if (states[body] !== "touching") states[body] = state;
+    said[state].add(`${robot.bodies[i].link} – ${robot.bodies[j].link}`);
+  });
+  robot.bodies.forEach((body, i) => paint(body, COLOURS[states[i]]));
+  for (const pair of said.touching) said.near.delete(pair);
+  list("touching", [...said.touching]);
+  list("near", [...said.near]);
+  const unchecked = new Set();
+  distances(q, robot.unchecked).forEach((distance, k) => {
+    if (distance <= 0) unchecked.add(robot.reasons[robot.unchecked[k][3]]);
+  });
+  list("unchecked", [...unchecked]);
+}
+
+function show() {
+  placements(q).forEach((at, i) => {
+    for (const tree of ["robot", "bodies"]) {
+      const node = inScene(tree, robot.names[i]);
+      node.matrix.fromArray(at).decompose(node.position, node.quaternion, node.scale);
+    }
+  });
+  robot.sliders.forEach(({ unit }, i) => {
+    document.getElementById(`slider-${i}`).value = q[i];
+    const degrees = unit === "rad" ? ` (${(q[i] * 180 / Math.PI).toFixed(0)}°)` : "";
+    document.getElementById(`value-${i}`).textContent = `${q[i].toFixed(3)} ${unit}${degrees}`;
+  });
+  const positions = robot.sliders.map(({ name }, i) => `${name}: ${q[i].toFixed(4)}`);
+  document.getElementById("posture").value = `{${positions.join(", ")}}`;
+  showContacts();
+  viewer.set_dirty();
+}
+
+function setPosture(positions) {
+  q = [...positions];
+  show();
+}
+
+function toggle(tree) {
+  const box = document.getElementById(`show-${tree}`);
+  inScene(tree).visible = box.checked;
+  viewer.set_dirty();
+}
+
+document.addEventListener("drawn", () => {
+  viewer.gui.domElement.remove();
+  robot.sliders.forEach((_, i) => {
+    document.getElementById(`slider-${i}`).addEventListener("input", event => {
+      q[i] = Number(event.target.value);
+      show();
+    });
+  });
+  for (const button of document.querySelectorAll("button[data-posture]"))
+    button.addEventListener("click", () => setPosture(robot.postures[button.dataset.posture]));
+  const keys = { m: "robot", b: "bodies" };
+  for (const tree of Object.values(keys))
+    document.getElementById(`show-${tree}`).addEventListener("change", () => toggle(tree));
+  document.addEventListener("keydown", event => {
+    const tree = keys[event.key.toLowerCase()];
+    if (!tree || event.ctrlKey || event.metaKey || event.target.tagName === "TEXTAREA") return;
+    document.getElementById(`show-${tree}`).click();
+  });
+  show();
+  window.isReady = true;
+});
