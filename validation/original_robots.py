@@ -1,0 +1,112 @@
+"""Robots as their makers wrote them: the whole URDF with its meshes, loaded by Pinocchio alone. It is an oracle."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import coal
+import numpy as np
+import pinocchio as pin
+
+from humanoid_rail._arrays import Array
+
+Pair = tuple[int, int]
+"""Two bodies of the original, by index."""
+
+
+@dataclass(frozen=True, eq=False)
+class Original:
+    """A URDF with nothing changed: all joints free, meshes as surfaces."""
+
+    path: Path
+    model: pin.Model
+    bodies: pin.GeometryModel
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """The names of the bodies: LINK_i."""
+        return tuple(body.name for body in self.bodies.geometryObjects)
+
+    @cached_property
+    def shapes(self) -> tuple[coal.CollisionGeometry, ...]:
+        """The shapes of the bodies."""
+        shapes = tuple(body.geometry for body in self.bodies.geometryObjects)
+        for shape in shapes:
+            shape.computeLocalAABB()
+        return shapes
+
+    def places(self, positions: Mapping[str, float]) -> list[pin.SE3]:
+        """Return where the bodies are, given the positions of all joints by name, m and rad."""
+        data = self.model.createData()
+        pin.forwardKinematics(self.model, data, configuration(self.model, positions))
+        return [data.oMi[body.parentJoint] * body.placement for body in self.bodies.geometryObjects]
+
+    def touching(self, places: Sequence[pin.SE3], pairs: Iterable[Pair]) -> set[Pair]:
+        """Return which of the pairs touch."""
+        return {(i, j) for i, j in pairs if collide(self.shapes[i], places[i], self.shapes[j], places[j])}
+
+    def apart(self, places: Sequence[pin.SE3], pairs: Sequence[Pair], within: float) -> float:
+        """Return the least distance of the pairs, m; infinite if it is more than `within`."""
+        middles = np.array([place.act(s.aabb_center) for place, s in zip(places, self.shapes, strict=True)])
+        radii = np.array([shape.aabb_radius for shape in self.shapes])
+        found = np.inf
+        for i, j in pairs:
+            if np.linalg.norm(middles[i] - middles[j]) - radii[i] - radii[j] <= min(within, found):
+                found = min(found, distance(self.shapes[i], places[i], self.shapes[j], places[j]))
+        return float(found) if found <= within else np.inf
+
+    def touches_box(self, places: Sequence[pin.SE3], size: Sequence[float], at: pin.SE3) -> list[str]:
+        """Return the bodies that touch a box with these edges, m."""
+        box = coal.Box(*size)
+        return [self.names[i] for i, shape in enumerate(self.shapes) if collide(shape, places[i], box, at)]
+
+
+def load_original(path: Path, packages: Sequence[Path]) -> Original:
+    """Return a robot by its URDF, with the folders in which its packages are."""
+    model = pin.buildModelFromUrdf(str(path))
+    bodies = pin.buildGeomFromUrdf(model, str(path), pin.GeometryType.COLLISION, package_dirs=list(map(str, packages)))
+    return Original(path, model, bodies)
+
+
+def configuration(model: pin.Model, positions: Mapping[str, float]) -> Array:
+    """Return a configuration (nq,) of all joints; one without end has cosine and sine.
+
+    Raises:
+        KeyError: If a joint has no position.
+    """
+    q: Array = pin.neutral(model)
+    for index in range(1, model.njoints):
+        joint, name = model.joints[index], model.names[index]
+        if joint.nq == 0 or joint.shortname() == "JointModelMimic":
+            continue
+        x = positions[name]
+        q[joint.idx_q : joint.idx_q + joint.nq] = [np.cos(x), np.sin(x)] if joint.nq == 2 else [x]
+    return q
+
+
+def frames_of(path: Path, positions: Mapping[str, float]) -> dict[str, pin.SE3]:
+    """Return where all links are by Pinocchio's own mimic joints, given the joints that lead by name."""
+    model = pin.buildModelFromUrdf(str(path), mimic=True)
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, configuration(model, positions))
+    return {f.name: data.oMf[i].copy() for i, f in enumerate(model.frames) if f.type == pin.FrameType.BODY}
+
+
+def collide(one: coal.CollisionGeometry, here: pin.SE3, other: coal.CollisionGeometry, there: pin.SE3) -> bool:
+    """Return whether two shapes touch."""
+    result = coal.CollisionResult()
+    coal.collide(one, _placed(here), other, _placed(there), coal.CollisionRequest(), result)
+    return bool(result.isCollision())
+
+
+def distance(one: coal.CollisionGeometry, here: pin.SE3, other: coal.CollisionGeometry, there: pin.SE3) -> float:
+    """Return how far two shapes are from each other, m; 0 or less where they touch."""
+    request, result = coal.DistanceRequest(), coal.DistanceResult()
+    return float(coal.distance(one, _placed(here), other, _placed(there), request, result))
+
+
+def _placed(place: pin.SE3) -> coal.Transform3s:
+    return coal.Transform3s(place.rotation, place.translation)
