@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from humanoid_rail._arrays import Array, frozen
-from humanoid_rail.geometry.coverage import farthest_outside, points_in, points_on
+from humanoid_rail.geometry.coverage import farthest_outside, is_inside, points_in, points_on
 from humanoid_rail.geometry.decomposition import decompose, forget
 from humanoid_rail.geometry.enclosing_hull import enclosing_hull
 from humanoid_rail.geometry.mesh_files import Triangles, read_triangles, stamps
@@ -59,7 +59,7 @@ def _convex_pieces(file: str, scale: tuple[float, float, float], _stamps: object
         what = f"{Path(file).name} is {size:.6g} m large; if its numbers are millimetres, give it the scale 0.001"
         warnings.warn(what, stacklevel=2)
     pieces = [piece for solid in _largest_first(solids(triangles)) for piece in _pieces_of(solid, size, file)]
-    outer = [piece for i, piece in enumerate(pieces) if not _is_inside(piece, pieces[:i])]
+    outer = [piece for i, piece in enumerate(pieces) if not is_inside(piece, pieces[:i])]
     # The whole mesh again: no part of it may have been lost, such as a sheet without an inside.
     missing = farthest_outside(points_on(triangles, np.random.default_rng(0)), outer)
     if missing > max(TOLERANCE * size, THINNEST):
@@ -95,13 +95,6 @@ def _pieces_of(solid: Triangles, size: float, file: str) -> list[Array]:
 
 def _largest_first(parts: list[Triangles]) -> list[Triangles]:
     return sorted(parts, key=lambda part: -volume(part.centred))
-
-
-def _is_inside(piece: Array, others: list[Array]) -> bool:
-    """Return whether a convex body is inside one of others, which makes it superfluous."""
-    low, high = piece.min(axis=0), piece.max(axis=0)
-    around = (o for o in others if (o.min(axis=0) <= low).all() and (o.max(axis=0) >= high).all())
-    return any(farthest_outside(piece, [other]) == 0.0 for other in around)
 
 
 def _thickness(vertices: Array) -> float:

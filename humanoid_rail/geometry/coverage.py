@@ -38,6 +38,13 @@ def farthest_outside(points: Array, pieces: Sequence[Array]) -> float:
     return max(0.0, float(outside.max(initial=0.0)))
 
 
+def is_inside(piece: Array, others: Sequence[Array]) -> bool:
+    """Return whether a convex body (k, 3) is inside one of others, which makes it superfluous."""
+    low, high = piece.min(axis=0), piece.max(axis=0)
+    around = (o for o in others if (o.min(axis=0) <= low).all() and (o.max(axis=0) >= high).all())
+    return any(farthest_outside(piece, [other]) == 0.0 for other in around)
+
+
 def points_on(triangles: Triangles, rng: np.random.Generator) -> Array:
     """Return points (n, 3) on triangles, m: their corners, their middles, and random ones, evenly spread."""
     vertices = triangles.vertices[np.unique(triangles.faces)]

@@ -4,24 +4,25 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import signal
 import subprocess
 import sys
+from collections.abc import Mapping
 from contextlib import suppress
 from importlib.metadata import version
 from pathlib import Path
-from tempfile import NamedTemporaryFile, TemporaryDirectory
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
 from humanoid_rail._arrays import Array
+from humanoid_rail.geometry import kept
 from humanoid_rail.geometry.mesh_files import Triangles
 from humanoid_rail.progress import progress
 
 CONCAVITY = 0.05
 """CoACD leaves at most this concavity in a piece, relative to the size of the mesh."""
-OPTIONS = {"threshold": CONCAVITY, "seed": 0}
+OPTIONS: Mapping[str, float | str] = {"threshold": CONCAVITY, "seed": 0}
 """The options of CoACD that are not its defaults."""
 BUDGET = 600
 """A decomposition may take this much processor time, s; one that takes more is refused and gives no other result."""
@@ -29,75 +30,58 @@ WORKER = Path(__file__).with_name("coacd_worker.py")
 """The program that decomposes."""
 
 
-def decompose(solid: Triangles, name: str, budget: int = BUDGET) -> list[Array]:
+def decompose(
+    solid: Triangles, name: str, budget: int = BUDGET, options: Mapping[str, float | str] = OPTIONS
+) -> list[Array]:
     """Return the vertices (k, 3) of the pieces that CoACD makes of a solid, m.
 
     Results are kept in the user's cache folder (`$XDG_CACHE_HOME/humanoid_rail`, else `~/.cache/humanoid_rail`), by the
     content of the mesh, the options and the version of CoACD.
 
     Args:
-        solid: A closed surface.
+        solid: A closed surface; any other if the options have CoACD make it closed (`preprocess_mode`).
         name: What messages call the mesh.
         budget: Processor time that it may take, s.
+        options: Those of CoACD that are not its defaults.
 
     Raises:
         ValueError: If it cannot be decomposed within the budget; the message says what would be valid.
     """
-    file = cache_folder() / f"{_key(solid)}.npz"
+    file = cache_folder() / f"{_key(solid, options)}.npz"
     try:
-        return _read(file)
+        return kept.read_bodies(file)
     except Exception:  # it is not there or damaged, and a damaged archive may raise anything: made anew
-        pieces = _run(solid, name, budget)
+        pieces = _run(solid, name, budget, options)
     # Without a cache everything works, and takes longer.
     with suppress(OSError):
-        _keep(pieces, file)
+        kept.keep_bodies(pieces, file)
     return pieces
 
 
 def cache_folder() -> Path:
     """Return the folder that results are kept in."""
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "humanoid_rail" / "convex_pieces"
+    return kept.cache_folder("convex_pieces")
 
 
 def forget(solid: Triangles) -> None:
     """Remove the result of a solid from the cache, if it is there."""
     with suppress(OSError):
-        (cache_folder() / f"{_key(solid)}.npz").unlink()
+        (cache_folder() / f"{_key(solid, OPTIONS)}.npz").unlink()
 
 
-def _key(solid: Triangles) -> str:
-    said = json.dumps([OPTIONS, version("coacd"), solid.vertices.shape, solid.faces.shape], sort_keys=True)
+def _key(solid: Triangles, options: Mapping[str, float | str]) -> str:
+    said = json.dumps([dict(options), version("coacd"), solid.vertices.shape, solid.faces.shape], sort_keys=True)
     content = said.encode() + solid.vertices.astype("<f8").tobytes() + solid.faces.astype("<i8").tobytes()
     return hashlib.sha256(content).hexdigest()
 
 
-def _read(file: Path) -> list[Array]:
-    with np.load(file, allow_pickle=False) as arrays:
-        pieces = [arrays[f"arr_{i}"] for i in range(len(arrays.files))]
-    if not pieces or not all(p.ndim == 2 and p.shape[1] == 3 and np.isfinite(p).all() for p in pieces):
-        raise ValueError("no pieces")
-    return pieces
-
-
-def _keep(pieces: list[Array], file: Path) -> None:
-    """Write pieces to a file that appears when it is whole."""
-    file.parent.mkdir(parents=True, exist_ok=True)
-    with NamedTemporaryFile(dir=file.parent, suffix=".unfinished", delete=False) as unfinished:
-        try:
-            np.savez(unfinished, *pieces)
-            unfinished.close()
-            Path(unfinished.name).replace(file)
-        finally:
-            Path(unfinished.name).unlink(missing_ok=True)
-
-
-def _run(solid: Triangles, name: str, budget: int) -> list[Array]:
+def _run(solid: Triangles, name: str, budget: int, options: Mapping[str, float | str]) -> list[Array]:
     """Decompose a solid in a process that ends with this function, however it ends."""
     with TemporaryDirectory(prefix="humanoid_rail-") as folder, progress(f"cutting {name} into convex pieces"):
         mesh, pieces = Path(folder) / "mesh.npz", Path(folder) / "pieces.npz"
         np.savez(mesh, vertices=solid.vertices, faces=solid.faces)
         # Without -P modules beside the program would hide others of the same names.
-        command = [sys.executable, "-P", str(WORKER), str(mesh), str(pieces), json.dumps(OPTIONS), str(budget)]
+        command = [sys.executable, "-P", str(WORKER), str(mesh), str(pieces), json.dumps(dict(options)), str(budget)]
         with subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
         ) as process:
@@ -116,4 +100,4 @@ def _run(solid: Triangles, name: str, budget: int) -> list[Array]:
         if code != 0 or not pieces.exists():
             last = (said.strip().splitlines() or [f"exit code {code}"])[-1]
             raise ValueError(f"a mesh that can be cut into convex pieces ({last})")
-        return _read(pieces)
+        return kept.read_bodies(pieces)

@@ -42,14 +42,15 @@ class Triangles(NamedTuple):
         return self._replace(vertices=self.vertices - self.vertices.mean(axis=0))
 
 
-def read_triangles(file: str) -> Triangles:
-    """Return all triangles of a mesh file, placed as the file says, in m and with z up.
+def read_triangles(file: str, z_up: bool = True) -> Triangles:
+    """Return all triangles of a mesh file, placed as the file says, in m.
 
     COLLADA files say what their unit and their up axis are. glTF (GLB) is in metres with y up by its specification. All
     other formats are taken to be in metres with z up.
 
     Args:
         file: Path of a mesh, in any format that trimesh reads.
+        z_up: Whether they are turned until z is up. The meshes of robots are not, as everywhere in ROS.
 
     Raises:
         ValueError: If the file is not a mesh; the message says what would be valid.
@@ -60,7 +61,9 @@ def read_triangles(file: str) -> Triangles:
     if not placed:
         raise ValueError("a file that holds a triangle mesh")
     begins = np.cumsum([0, *(len(part.vertices) for part in placed)])
-    vertices = np.vstack([part.vertices for part in placed]) @ (unit(file) * upright(file)).T
+    vertices = np.vstack([part.vertices for part in placed]) * unit(file)
+    if z_up:
+        vertices = vertices @ upright(file).T
     faces = np.vstack([part.faces + begin for part, begin in zip(placed, begins[:-1], strict=True)])
     if not np.isfinite(vertices).all():
         raise ValueError("a mesh with finite vertices")
@@ -107,6 +110,11 @@ def off_bytes(triangles: Triangles) -> bytes:
 
 def stamps(file: str) -> tuple[tuple[str, int, int], ...]:
     """Return name, time of change and size of the files that a mesh's shape is in, to notice when one changes."""
+    return tuple((str(name), *_stamp(name)) for name in files_of(file))
+
+
+def files_of(file: str) -> list[Path]:
+    """Return the files that a mesh's shape is in: itself, and the buffers of a glTF file."""
     path = Path(file)
     names = [path]
     if path.suffix.lower() == ".gltf":
@@ -115,7 +123,7 @@ def stamps(file: str) -> tuple[tuple[str, int, int], ...]:
             names += [path.parent / b["uri"] for b in buffers if not str(b.get("uri", "data:")).startswith("data:")]
         except (OSError, ValueError, AttributeError, TypeError):  # who reads it says what is wrong with it
             pass
-    return tuple((str(name), *_stamp(name)) for name in names)
+    return names
 
 
 def _stamp(path: Path) -> tuple[int, int]:
