@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from io import StringIO
 from pathlib import Path
 
 import coal
 import numpy as np
 import pinocchio as pin
+import xacro
 
 from humanoid_rail._arrays import Array
 
@@ -65,10 +67,24 @@ class Original:
 
 
 def load_original(path: Path, packages: Sequence[Path]) -> Original:
-    """Return a robot by its URDF, with the folders in which its packages are."""
-    model = pin.buildModelFromUrdf(str(path))
-    bodies = pin.buildGeomFromUrdf(model, str(path), pin.GeometryType.COLLISION, package_dirs=list(map(str, packages)))
+    """Return a robot by its URDF, with the folders in which its packages are.
+
+    Raises:
+        ValueError: If it has no bodies, as Pinocchio says nothing of a xacro that it cannot read.
+    """
+    text = urdf_text(path)
+    model = pin.buildModelFromXML(text)
+    places = list(map(str, packages))
+    bodies = pin.buildGeomFromUrdfString(model, text, pin.GeometryType.COLLISION, package_dirs=places)
+    if not bodies.ngeoms:
+        raise ValueError(f"{path} has no bodies")
     return Original(path, model, bodies)
+
+
+def urdf_text(path: Path) -> str:
+    """Return the text of a URDF; what xacro makes of it if it is one, whatever its name."""
+    text = path.read_text(encoding="utf-8")
+    return str(xacro.process_file(str(path)).toxml()) if "<xacro:" in text else text
 
 
 def configuration(model: pin.Model, positions: Mapping[str, float]) -> Array:
@@ -88,11 +104,23 @@ def configuration(model: pin.Model, positions: Mapping[str, float]) -> Array:
 
 
 def frames_of(path: Path, positions: Mapping[str, float]) -> dict[str, pin.SE3]:
-    """Return where all links are by Pinocchio's own mimic joints, given the joints that lead by name."""
-    model = pin.buildModelFromUrdf(str(path), mimic=True)
+    """Return where all links are, given the joints by name: by Pinocchio's own mimic joints, else by yourdfpy."""
+    text = urdf_text(path)
+    try:
+        model = pin.buildModelFromXML(text, mimic=True)
+    except (ValueError, RuntimeError):  # a follower on a branch before its leader
+        return _frames_by_yourdfpy(text, positions)
     data = model.createData()
     pin.framesForwardKinematics(model, data, configuration(model, positions))
     return {f.name: data.oMf[i].copy() for i, f in enumerate(model.frames) if f.type == pin.FrameType.BODY}
+
+
+def _frames_by_yourdfpy(text: str, positions: Mapping[str, float]) -> dict[str, pin.SE3]:
+    import yourdfpy
+
+    urdf = yourdfpy.URDF.load(StringIO(text), load_meshes=False, build_scene_graph=True)
+    urdf.update_cfg({name: positions[name] for name in urdf.actuated_joint_names})
+    return {name: pin.SE3(urdf.get_transform(name)) for name in urdf.link_map}
 
 
 def collide(one: coal.CollisionGeometry, here: pin.SE3, other: coal.CollisionGeometry, there: pin.SE3) -> bool:

@@ -8,9 +8,9 @@ from importlib import metadata
 import numpy as np
 import pytest
 
+from humanoid_rail._resources import resource
 from humanoid_rail.model.library import PAPER, robots
 from humanoid_rail.model.robot_file import read_robot_file
-from humanoid_rail._resources import resource
 from validation.check_robots import Case, check_motions, check_postures, load_case, scenes_of
 
 
