@@ -116,7 +116,7 @@ def frames_of(path: Path, positions: Mapping[str, float]) -> dict[str, pin.SE3]:
 
 
 def _frames_by_yourdfpy(text: str, positions: Mapping[str, float]) -> dict[str, pin.SE3]:
-    import yourdfpy
+    import yourdfpy  # type: ignore[import-untyped]
 
     urdf = yourdfpy.URDF.load(StringIO(text), load_meshes=False, build_scene_graph=True)
     urdf.update_cfg({name: positions[name] for name in urdf.actuated_joint_names})
