@@ -6,7 +6,7 @@ ENGINE := $(wildcard engine/*.[hc]pp engine/*/*.[hc]pp)
 
 .DELETE_ON_ERROR:
 .PHONY: plan test lint docs docs-serve generate figures picture benchmark evaluation regression retiming certificates \
-	distances urdfs meshes sanitize clean
+	distances urdfs meshes robots gallery sanitize clean
 
 plan: $(VENV)/plan-installed
 	@echo "A kitting round, several targets one after the other, retimed for a drive:"
@@ -80,6 +80,15 @@ urdfs: $(VENV)/test-installed
 # The convex pieces of 100 random meshes in files of all formats against formulas of their parts: minutes on two cores.
 meshes: $(VENV)/test-installed
 	$(BIN)/python -m validation.check_meshes
+
+# The robots of the gallery against their own URDFs and meshes: minutes on two cores.
+robots: $(VENV)/test-installed
+	$(BIN)/python -m validation.check_robots --readme docs/robots.md
+
+# The pictures of the gallery.
+gallery: $(VENV)/test-installed
+	for scene in scenes/robots/*-shelf.json; do name=$$(basename $$scene -shelf.json | tr - _); \
+		$(BIN)/python scripts/screenshot.py docs/robots/$$name.png --robot $$name --scene $$scene; done
 
 # The tests of the native engine under AddressSanitizer and UndefinedBehaviorSanitizer, with GCC, in an environment of
 # its own. The interpreter itself is not looked at, and never gives back all of its memory.

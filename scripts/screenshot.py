@@ -66,11 +66,14 @@ def seek(page: Page, t: float) -> None:
 @click.argument("picture", type=click.Path(path_type=Path))
 @click.option("--case", default=3, show_default=True, help="Case of the paper.")
 @click.option("--scene", "scene_file", help="A scene file instead, planned by auto and retimed.")
+@click.option(
+    "--robot", "robot_name", help="The robot of the scene, as `load_robot` takes it; the paper's if not given."
+)
 @click.option("--at", default=1.9, show_default=True, help="Time of the motion, s.")
-def main(picture: Path, case: int, scene_file: str | None, at: float) -> None:
+def main(picture: Path, case: int, scene_file: str | None, robot_name: str | None, at: float) -> None:
     """Plan a case of the paper and write a PICTURE of its playback page."""
     check_file(picture)
-    robot = load_robot()
+    robot = load_robot() if robot_name is None else load_robot(robot_name)
     scene = paper_scene() if scene_file is None else load_scene(scene_file)
     motion = plan_case(robot, case) if scene_file is None else retime(plan(robot, scene), robot, scene)
     with tempfile.TemporaryDirectory() as folder:
