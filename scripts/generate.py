@@ -1,4 +1,4 @@
-"""Write the files that are made from others: the built URDF, the JSON Schemas of scenes and robots, the types of the extension."""
+"""Write the files that are made from others: the built URDF, JSON Schemas, the types of the extension."""
 
 from __future__ import annotations
 

@@ -10,9 +10,9 @@ from typing import Any
 
 import click
 
+from humanoid_rail._files import check_file, write_file
 from humanoid_rail.cli.console import Command, console, has_display
 from humanoid_rail.errors import InvalidInput
-from humanoid_rail.io.files import check_file, write_file
 from humanoid_rail.model.library import load_robot
 from humanoid_rail.model.robot import Robot
 

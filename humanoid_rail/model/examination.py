@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element, tostring
@@ -210,7 +210,7 @@ def _lost(
     checked = np.array([frozenset((links[i], links[j])) not in pairs.left_out for i, j in seen.pairs], bool)
     sources = _sources(mechanism.urdf, bodies, links)
 
-    @lru_cache(maxsize=None)
+    @functools.cache
     def surface(index: int) -> coal.CollisionGeometry:
         body = sources[index]
         if isinstance(body.shape, MeshFile):

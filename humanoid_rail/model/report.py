@@ -44,7 +44,7 @@ def _hands(robot: Robot) -> list[str]:
 
 def _joints(robot: Robot) -> list[str]:
     """Return a table: limits of position, speed and acceleration, and the start."""
-    rows = [("joint", "unit", "from", "to", "speed", "acceleration", "start")]
+    rows: list[tuple[str, ...]] = [("joint", "unit", "from", "to", "speed", "acceleration", "start")]
     for i, name in enumerate(robot.joint_names):
         slides = robot.model.joints[robot.model.getJointId(name)].shortname().startswith("JointModelP")
         values = (
