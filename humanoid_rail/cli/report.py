@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 from humanoid_rail.cli.console import console
 from humanoid_rail.collision.certificate import Certificate
@@ -14,6 +14,8 @@ from humanoid_rail.trajectory import Trajectory
 
 NO_ENGINE = "nothing can be proven without the native engine"
 """This is said of a motion that has no certificate."""
+MOST_NAMES = 12
+"""A row of a table names this many pairs or links; of more it says how many there are."""
 
 
 def report_plan(title: str, trajectory: Trajectory) -> None:
@@ -81,9 +83,17 @@ def _clearances(certificate: Certificate | None) -> Iterator[tuple[str, str]]:
         yield "between links", _clearance(certificate.min_clearance_self, "no pairs to check")
         pairs = [f"{pair.link} and {pair.other}" for pair in certificate.unchecked_pairs]
         if pairs:
-            yield "left out of checks", f"{', '.join(pairs)}, at least near their joint; docs/safety.md"
+            yield "left out of checks", f"{_shortened(pairs)}, at least near their joint; docs/safety.md"
         if certificate.links_without_body:
-            yield "no collision body", ", ".join(certificate.links_without_body)
+            yield "no collision body", _shortened(certificate.links_without_body)
+
+
+def _shortened(names: Sequence[str]) -> str:
+    """Return names in a row; of many the first ones, and where the others are named."""
+    rest = len(names) - MOST_NAMES
+    if rest <= 0:
+        return ", ".join(names)
+    return f"{', '.join(names[:MOST_NAMES])} and {rest} more (summary.json and humanoid-rail robot name all)"
 
 
 def _timing(trajectory: Trajectory) -> Iterator[tuple[str, str]]:

@@ -6,6 +6,7 @@ import shutil
 from contextlib import suppress
 from pathlib import Path
 
+import coal
 import numpy as np
 
 from humanoid_rail.errors import InvalidInput
@@ -32,8 +33,27 @@ def is_papers(robot: Robot) -> bool:
     return (
         all(getattr(own, name) == getattr(robot, name) for name in named)
         and all(np.array_equal(getattr(own, name), getattr(robot, name)) for name in arrays)
-        and own.collision_model.saveToString() == robot.collision_model.saveToString()
+        and _same_bodies(own, robot)
     )
+
+
+def _same_bodies(robot: Robot, other: Robot) -> bool:
+    """Return whether two robots have the same bodies; boxes around them do not count."""
+    bodies, others = (list(r.collision_model.geometryObjects) for r in (robot, other))
+    return len(bodies) == len(others) and all(
+        (a.name, a.parentJoint, a.parentFrame) == (b.name, b.parentJoint, b.parentFrame)
+        and a.placement == b.placement
+        and type(a.geometry) is type(b.geometry)
+        and _boxed(a.geometry) == _boxed(b.geometry)
+        for a, b in zip(bodies, others, strict=True)
+    )
+
+
+def _boxed(shape: coal.CollisionGeometry) -> coal.CollisionGeometry:
+    """Return a copy of a shape with the box around it, which some have been given and others not."""
+    copy = shape.clone()
+    copy.computeLocalAABB()
+    return copy
 
 
 def carried_files(robot: Robot) -> dict[str, bytes]:
