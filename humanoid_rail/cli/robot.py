@@ -14,7 +14,6 @@ from humanoid_rail._files import check_file, write_file
 from humanoid_rail.cli.console import Command, console, has_display
 from humanoid_rail.errors import InvalidInput
 from humanoid_rail.model.library import load_robot
-from humanoid_rail.model.robot import Robot
 
 
 @click.command(
@@ -52,7 +51,7 @@ def command(
     if source is None and given:
         raise InvalidInput(next(iter(given)), next(iter(given.values())), "beside a SOURCE")
     robot = load_robot() if source is None else load_robot(source, **given)
-    console().print(report(robot), soft_wrap=True)
+    console().print(robot.report(), soft_wrap=True)
     is_shown = has_display() if view is None else view
     if out is None and not is_shown:
         return
@@ -65,19 +64,6 @@ def command(
     console().print(f"The page is {path}.", soft_wrap=True)
     if is_shown:
         webbrowser.open(path.resolve().as_uri(), new=2)
-
-
-def report(robot: Robot) -> str:
-    """Return what a robot says of itself; until it can, the most important of that."""
-    if hasattr(robot, "report"):
-        return str(robot.report())
-    lines = [f"{robot.name}: {robot.n} joints, {robot.collision_model.ngeoms} collision bodies"]
-    lines += [f"hand {hand.name}: {hand.frame}, moved by {', '.join(hand.arm)}" for hand in robot.hands]
-    limits = zip(robot.joint_names, robot.lower.tolist(), robot.upper.tolist(), strict=True)
-    lines += [f"joint {name}: {lower:.4g} to {upper:.4g}" for name, lower, upper in limits]
-    lines += [f"locked: {name} at {at:.4g}" for name, at in robot.locked.items()]
-    lines += [f"not checked: {pair}" for pair in robot.unchecked_pairs]
-    return "\n".join([*lines, *robot.assumed])
 
 
 def frames_by_name(pairs: Sequence[str]) -> dict[str, str]:

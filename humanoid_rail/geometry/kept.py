@@ -1,9 +1,10 @@
-"""Convex bodies on disk, in the user's cache folder: each file is whole or not there."""
+"""What is kept in the user's cache folder, such as convex bodies: each file is whole or not there."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from io import BytesIO
 from pathlib import Path
 from tempfile import NamedTemporaryFile
 
@@ -32,10 +33,21 @@ def read_bodies(file: Path) -> list[Array]:
 
 def keep_bodies(bodies: Sequence[Array], file: Path) -> None:
     """Write bodies to a file that appears when it is whole."""
+    content = BytesIO()
+    np.savez(content, *bodies)
+    write_whole(file, content.getvalue())
+
+
+def write_whole(file: Path, content: bytes) -> None:
+    """Write a file that appears when it is whole, and its folder.
+
+    Raises:
+        OSError: If it cannot be written.
+    """
     file.parent.mkdir(parents=True, exist_ok=True)
     with NamedTemporaryFile(dir=file.parent, suffix=".unfinished", delete=False) as unfinished:
         try:
-            np.savez(unfinished, *bodies)
+            unfinished.write(content)
             unfinished.close()
             Path(unfinished.name).replace(file)
         finally:

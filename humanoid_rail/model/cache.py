@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
-from tempfile import NamedTemporaryFile
 from typing import Any
+
+from humanoid_rail.geometry.kept import cache_folder, write_whole
 
 VERSION = 1
 """Of what is kept; what another version of the package has kept is not read."""
@@ -37,16 +37,9 @@ def kept(key: str) -> dict[str, Any] | None:
 
 def keep(key: str, data: dict[str, Any]) -> None:
     """Keep data by a name, in the user's cache folder. Without one everything works, and takes longer."""
-    file = _file(key)
     with suppress(OSError):
-        file.parent.mkdir(parents=True, exist_ok=True)
-        with NamedTemporaryFile(
-            "w", dir=file.parent, suffix=".unfinished", delete=False, encoding="utf-8"
-        ) as unfinished:
-            json.dump(data, unfinished)
-        Path(unfinished.name).replace(file)
+        write_whole(_file(key), json.dumps(data).encode())
 
 
 def _file(key: str) -> Path:
-    folder = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    return folder / "humanoid_rail" / "robots" / f"{key}.json"
+    return cache_folder("robots") / f"{key}.json"
