@@ -28,6 +28,10 @@ ARGUMENTS = [
     "--disable-sync",
     "--no-first-run",
 ]
+DESKTOP, PHONE = (1280, 800), (390, 844)
+"""Sizes of windows, pixels."""
+SETTLED = 700
+"""After so long nothing moves any more, ms."""
 
 
 def browser_path() -> str | None:
@@ -36,30 +40,33 @@ def browser_path() -> str | None:
 
 
 @contextmanager
-def opened(page_file: Path) -> Iterator[tuple[Page, list[str]]]:
-    """Open a playback page; yields it, and the list of what went wrong in it: errors and requests to the network."""
+def opened(page_file: Path, size: tuple[int, int] = DESKTOP) -> Iterator[tuple[Page, list[str]]]:
+    """Open a page in a window of a size, or of a phone if it is narrow.
+
+    Yields the page, and the list of what went wrong in it: errors and requests to the network.
+    """
     path = browser_path()
     if path is None:
         raise HumanoidRailError(f"no browser: install one of {', '.join(BROWSERS)}")
     troubles: list[str] = []
+    width, height = size
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=path, args=ARGUMENTS)
-        page = browser.new_page(viewport={"width": 1280, "height": 760})
+        page = browser.new_page(viewport={"width": width, "height": height}, has_touch=width < height)
         page.on("console", lambda message: troubles.append(message.text) if message.type == "error" else None)
         page.on("pageerror", lambda error: troubles.append(str(error)))
         page.on("request", lambda request: troubles.append(request.url) if request.url.startswith("http") else None)
         page.goto(page_file.resolve().as_uri())
-        # meshcat takes its commands in one after the other; the animation comes with the first.
-        page.wait_for_function("() => viewer.animator.actions.length > 0")
-        page.wait_for_timeout(1000)
+        page.wait_for_function("() => window.playback !== undefined || window.isReady")
+        page.wait_for_timeout(300)
         yield page, troubles
         browser.close()
 
 
 def seek(page: Page, t: float) -> None:
-    """Stop the animation at a time in s."""
-    page.evaluate("t => { viewer.animator.pause(); viewer.animator.seek(t); viewer.render(); }", t)
-    page.wait_for_timeout(200)
+    """Stop the motion of a page at a time in s, and wait until that is drawn and what hides the robot has faded."""
+    page.evaluate("t => { playback.clock.pause(); playback.clock.seek(t); }", t)
+    page.wait_for_timeout(SETTLED)
 
 
 @click.command()
@@ -80,7 +87,6 @@ def main(picture: Path, case: int, scene_file: str | None, robot_name: str | Non
         page_file = Path(folder) / "playback.html"
         page_file.write_text(playback_html(robot, scene, motion), encoding="utf-8")
         with opened(page_file) as (page, _):
-            page.evaluate("() => viewer.gui.domElement.remove()")
             seek(page, at)
             taken = page.screenshot()
     write_file(picture, taken)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from humanoid_rail._arrays import Array
@@ -9,13 +11,13 @@ from humanoid_rail.kinematics.kinematics import Kinematics
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import HalfSpace
 from humanoid_rail.scene.scene import Scene
-from humanoid_rail.scene.shapes import placed_shapes
 from humanoid_rail.scene.targets import position
 from humanoid_rail.trajectory import Trajectory
-from humanoid_rail.viewer.sizes import bounds, corners, robot_points, scale
+from humanoid_rail.viewer.occlusion import blockers, hidden
+from humanoid_rail.viewer.sizes import robot_points, scale
 
 CAMERA = np.array([-1.45, -1.2, 0.5])
-"""Where the camera is from the middle of what is to be seen, in units of its radius; mirrored where a wall is there."""
+"""The direction from what is to be seen to the camera, where nothing speaks for another one."""
 ZOOM = 1.9
 """The camera magnifies by this factor."""
 HALF_HEIGHT = np.tan(np.radians(75.0 / 2)) / ZOOM
@@ -23,41 +25,78 @@ HALF_HEIGHT = np.tan(np.radians(75.0 / 2)) / ZOOM
 WIDE = 1.5
 """Pictures are taken to be wider than high by this factor."""
 SHARE = 0.8
-"""The share of the picture that is filled where that is computed."""
-NEARBY = 1.5
-"""Obstacles count for the picture within this distance of robot and targets, m; it is scaled with the robot."""
-SMALLEST = 1.0
-"""At least a ball of this radius is to be seen, m; it is scaled with the robot."""
+"""The share of the picture that is filled."""
+MOMENTS = 8
+"""The robot is looked at at so many moments of the motion."""
+MOST_POINTS = 150
+"""So many points of the robot are looked for at most, at all moments together."""
+AZIMUTHS = np.radians(np.arange(0.0, 360.0, 30.0))
+"""The camera turns about the vertical by these angles from where `CAMERA` is, rad."""
+ELEVATIONS = np.radians([16.0, 28.0, 45.0])
+"""The angles from the horizon to the camera, rad."""
+AWAY = 0.02
+"""The share of hidden points that is worth a camera from which everything looks half as large."""
+STEEP = 0.004
+"""The share of hidden points that is worth the next one of the elevations, and of the ways to turn."""
+
+
+class View(NamedTuple):
+    """What is to be seen of a motion, and from where."""
+
+    middle: Array
+    """The middle (3,) of it, m."""
+    camera: Array
+    """Where the camera is from there (3,), m, in a picture that is wider than high by `WIDE`."""
+    points: Array
+    """Points (P, 3) around it, which are all to be in the picture, m."""
 
 
 def viewpoint(robot: Robot, scene: Scene, trajectory: Trajectory) -> tuple[Array, Array]:
-    """Return the middle (3,) of what is to be seen, and where the camera is from there (3,), m.
+    """Return the middle (3,) of what is to be seen, and where the camera is from there (3,), m."""
+    view = best_view(robot, scene, trajectory)
+    return view.middle, view.camera
 
-    To be seen are the robot during the whole motion, the targets and those parts of the obstacles that are near them.
+
+def best_view(robot: Robot, scene: Scene, *trajectories: Trajectory) -> View:
+    """Return from where obstacles hide the least of a robot during its motion, with the whole motion in the picture.
+
+    Cameras in some directions are compared, by rays to points of the robot at some moments of the motion and to the
+    targets. Among equals it is the one that is nearer, and then the one that looks rather from the side. No camera is
+    behind a half-space.
+
+    Args:
+        robot: The robot.
+        scene: The scene the motion was planned in.
+        trajectories: The motion, or several of the same robot.
     """
-    kinematics, nearby = Kinematics(robot), NEARBY * scale(robot)
-    times = np.linspace(0.0, trajectory.duration, 12)
-    robots = np.vstack([kinematics.stick_figure(trajectory.configuration(t)) for t in times])
-    targets = [position(target) for step in scene.steps for target in step.values() if target is not None]
-    points = np.vstack([robots, trajectory.hands.reshape(-1, 3), targets])
-    low, high = points.min(axis=0), points.max(axis=0)
-    boxes = [bounds(piece) for obstacle in scene.obstacles for piece in placed_shapes(obstacle)]
-    near = np.clip(np.vstack([points, *boxes]), low - nearby, high + nearby)
-    low, high = near.min(axis=0), near.max(axis=0)
-    middle, radius = (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, SMALLEST * scale(robot))
-    if robot.meshes:  # these are more than their stick figure
-        bodies = [robot_points(robot, (), trajectory.configuration(t)) for t in times[::3]]
-        seen = np.vstack([*bodies, *targets, *(corners(np.clip(box, low, high)) for box in boxes if len(box))])
-        middle, radius = (seen.min(axis=0) + seen.max(axis=0)) / 2, 1.0
+    targets = [np.array(position(target)) for step in scene.steps for target in step.values() if target is not None]
+    seen, points, times, kinematics = [*targets], [*targets], [0.0] * len(targets), Kinematics(robot)
+    for trajectory in trajectories:
+        for t in np.linspace(0.0, trajectory.duration, MOMENTS):
+            around = robot_points(robot, (), trajectory.configuration(t))
+            seen.append(around)
+            looked = np.vstack([(around[::2] + around[1::2]) / 2, kinematics.stick_figure(trajectory.configuration(t))])
+            points.append(looked)
+            times += [t] * len(looked)
+    box = np.vstack(seen)
+    middle = (box.min(axis=0) + box.max(axis=0)) / 2
+    size = scale(robot)
+    box = np.vstack([box, middle + size / 2 * np.vstack([np.eye(3), -np.eye(3)])])
+    looked_at, when = np.vstack(points), np.array(times)
+    stride = -(-len(looked_at) // MOST_POINTS)
+    looked_at, when = looked_at[::stride], when[::stride]
+    cameras = [fitted(direction, box - middle) for direction in _directions(robot, targets, middle)]
     walls = [(np.array(o.normal), o.offset) for o in scene.obstacles if isinstance(o, HalfSpace)]
-    cameras = [radius * CAMERA * [x, y, 1.0] for x in (1, -1) for y in (1, -1)]
-    if robot.meshes:
-        # From in front: the robot does not hide then what it does.
-        if np.mean(targets, axis=0)[0] > np.vstack(bodies)[:, 0].mean():
-            cameras = [*cameras[2:], *cameras[:2]]
-        cameras = [fitted(camera, seen - middle) for camera in cameras]
-    clear = [camera for camera in cameras if all(n @ (middle + camera) > d for n, d in walls)]
-    return middle, (clear or cameras)[0]
+    clear = [camera for camera in cameras if all(n @ (middle + camera) > d for n, d in walls)] or cameras
+    nearest, bodies = min(np.linalg.norm(camera) for camera in clear), blockers(scene.obstacles)
+
+    def cost(camera: Array) -> float:
+        share = float(hidden(bodies, middle + camera, looked_at, when).mean())
+        elevation = np.arcsin(camera[2] / np.linalg.norm(camera))
+        steep = STEEP * float(abs(ELEVATIONS - elevation).argmin() != 1)
+        return share + AWAY * float(np.log2(np.linalg.norm(camera) / nearest)) + steep
+
+    return View(middle, min(clear, key=cost), box)
 
 
 def fitted(direction: Array, points: Array) -> Array:
@@ -68,3 +107,17 @@ def fitted(direction: Array, points: Array) -> Array:
     up = np.cross(back, right)
     beside = np.maximum(abs(points @ up), abs(points @ right) / WIDE) / (SHARE * HALF_HEIGHT)
     return back * float(np.max(points @ back + beside))
+
+
+def _directions(robot: Robot, targets: list[Array], middle: Array) -> list[Array]:
+    """Return the directions (3,) to the cameras that are compared, the one that is liked best first."""
+    first = np.arctan2(CAMERA[1], CAMERA[0])
+    if robot.meshes and targets and np.mean(targets, axis=0)[0] > middle[0]:
+        first = np.pi - first  # from in front: the robot does not hide then what it does
+    turned = sorted(AZIMUTHS, key=lambda angle: round(min(angle, 2 * np.pi - angle), 6))
+    return [
+        np.array([np.cos(elevation) * np.cos(first + turn), np.cos(elevation) * np.sin(first + turn), np.sin(elevation)])
+        for elevation in ELEVATIONS[[1, 0, 2]]
+        for turn in turned
+    ]
+
