@@ -28,11 +28,11 @@ SHARE = 0.8
 """The share of the picture that is filled."""
 MOMENTS = 8
 """The robot is looked at at so many moments of the motion."""
-MOST_POINTS = 150
+MOST_POINTS = 250
 """So many points of the robot are looked for at most, at all moments together."""
 AZIMUTHS = np.radians(np.arange(0.0, 360.0, 30.0))
 """The camera turns about the vertical by these angles from where `CAMERA` is, rad."""
-ELEVATIONS = np.radians([16.0, 28.0, 45.0])
+ELEVATIONS = np.radians([12.0, 22.0, 40.0])
 """The angles from the horizon to the camera, rad."""
 AWAY = 0.02
 """The share of hidden points that is worth a camera from which everything looks half as large."""

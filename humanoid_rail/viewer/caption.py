@@ -11,11 +11,12 @@ from humanoid_rail.trajectory import Trajectory
 from humanoid_rail.viewer.closest_pairs import Closest
 from humanoid_rail.viewer.colours import CLEARANCE_SCALE, PENETRATION_COLOUR
 
+OTHER_SCENE = "planned among other obstacles than those in the picture, which are of the first motion"
 NAMED = 3
 """Of links of which nothing is proven so many are named."""
 
 
-def caption(name: str, trajectory: Trajectory, closest: Sequence[Closest], *, mark: str = "") -> str:
+def caption(name: str, trajectory: Trajectory, closest: Sequence[Closest], *, mark: str = "", note: str = "") -> str:
     """Return the caption of a motion: status, certificate, limits, method, and what came closest.
 
     Args:
@@ -23,6 +24,7 @@ def caption(name: str, trajectory: Trajectory, closest: Sequence[Closest], *, ma
         trajectory: The motion.
         closest: The closest pairs of the whole motion.
         mark: HTML before the name.
+        note: A line of its own.
     """
     reached = trajectory.status is Status.REACHED
     status = trajectory.status.replace("_", " ")
@@ -40,11 +42,8 @@ def caption(name: str, trajectory: Trajectory, closest: Sequence[Closest], *, ma
     pairs = "; ".join(
         f"{pair.link} \u2013 {pair.other}, {pair.distance:.3f} m at {pair.t:.2f} s" for pair in closest
     )
-    lines = [
-        "" if reached else trajectory.reason,
-        f"closest: {pairs}" if pairs else "",
-        "" if certificate is None else _left_out(certificate),
-    ]
+    details = [f"closest: {pairs}" if pairs else "", "" if certificate is None else _left_out(certificate)]
+    lines = [note, "" if reached else trajectory.reason, " \u00b7 ".join(filter(None, details))]
     said = "".join(f'<span class="chip {"good" if good else "bad"}">{html.escape(text)}</span>' for good, text in chips)
     below = "".join(f"<p>{html.escape(line)}</p>" for line in lines if line)
     return (

@@ -12,7 +12,7 @@ from humanoid_rail._arrays import Array
 from humanoid_rail.scene.obstacles import Obstacle
 from humanoid_rail.scene.shapes import PlacedShape, placed_shapes
 
-MOST = 1500
+MOST = 1000
 """So many bodies are looked at at most; of more, every so many of them."""
 
 

@@ -44,24 +44,21 @@ def playback_html(robot: Robot, scene: Scene, trajectory: Trajectory) -> str:
         scene: The scene the motion was planned in.
         trajectory: The motion.
     """
-    return compared_html(robot, scene, {scene.name: trajectory})
+    return motions_html(robot, [(scene.name, scene, trajectory)])
 
 
-def compared_html(
-    robot: Robot, scene: Scene, trajectories: dict[str, Trajectory], scenes: Sequence[Scene] | None = None
-) -> str:
+def motions_html(robot: Robot, motions: Sequence[tuple[str, Scene, Trajectory]]) -> str:
     """Return a page that plays one motion back, or two at the same time: the robot of the second one is translucent.
 
     Args:
         robot: The robot.
-        scene: The scene that is drawn.
-        trajectories: One or two motions, by what they are called.
-        scenes: The scene of each motion; the one that is drawn if not given.
+        motions: What each motion is called, the scene it was planned in, and the motion. The scene of the first one is
+            drawn; the page says so where the second one has another.
     """
     import meshcat
 
     from humanoid_rail.viewer.camera import best_view
-    from humanoid_rail.viewer.caption import caption, legend
+    from humanoid_rail.viewer.caption import OTHER_SCENE, caption, legend
     from humanoid_rail.viewer.closest_pairs import closest_of_all
     from humanoid_rail.viewer.motion_data import motion_data, scene_data
     from humanoid_rail.viewer.page import CommandList, page_html
@@ -72,20 +69,26 @@ def compared_html(
 
     drawn, visuals = CommandList(), robot_visuals(robot)
     world = meshcat.Visualizer(window=drawn)["world"]
+    _, scene, first = motions[0]
     draw_scene(world, robot, scene)
-    data = scene_data(
-        robot, scene, best_view(robot, scene, *trajectories.values()), floor_height(robot, scene, visuals)
-    )
+    view = best_view(robot, scene, *(trajectory for _, _, trajectory in motions))
+    data = scene_data(robot, scene, view, floor_height(robot, scene, visuals))
     data["motions"], captions = [], []
-    for number, (name, trajectory) in enumerate(trajectories.items()):
-        own = scene if scenes is None else scenes[number]
+    for number, (name, own, trajectory) in enumerate(motions):
         found = series(robot, own, trajectory)
         draw_motion(world[f"motion{number}"], robot, visuals, trajectory, found.pairs, is_second=number > 0)
         data["motions"].append(motion_data(name, trajectory, found))
-        mark = f'<span class="mark mark{number}"></span>' if len(trajectories) > 1 else ""
-        captions.append(caption(name, trajectory, closest_of_all(robot, own, trajectory, found.pairs), mark=mark))
-    body = playback_body("".join(captions), legend(next(iter(trajectories.values()))), data)
-    title = f"{', '.join(trajectories)}: humanoid_rail"
+        captions.append(
+            caption(
+                name,
+                trajectory,
+                closest_of_all(robot, own, trajectory, found.pairs),
+                mark=f'<span class="mark mark{number}"></span>' if len(motions) > 1 else "",
+                note=OTHER_SCENE if own.obstacles != scene.obstacles else "",
+            )
+        )
+    title = f"{', '.join(name for name, _, _ in motions)}: humanoid_rail"
+    body = playback_body("".join(captions), legend(first), data)
     return page_html(title, body, drawn, data, style="playback.css", scripts=SCRIPTS)
 
 

@@ -67,7 +67,9 @@ def draw_motion(
         is_second: Whether another motion of the robot is in the picture: then this one is in a colour of its own.
     """
     size = scale(robot)
-    draw_visuals(view["robot"], [visual._replace(rgba=SECOND) for visual in visuals] if is_second else visuals)
+    if is_second:  # what does not move is there already
+        visuals = [visual._replace(rgba=SECOND) for visual in visuals if visual.joint != robot.model.names[0]]
+    draw_visuals(view["robot"], visuals)
     draw_bodies(view["bodies"], robot, robot.collision_model)
     view["bodies"].set_property("visible", False)
     clearance = trace_clearance(trajectory, pairs)

@@ -80,7 +80,7 @@ finally:
     *text, foreign = result.stdout.splitlines()
     assert {"click", "humanoid_rail"} <= set(foreign.split()) <= LIGHT
     listed = re.findall(r"^  (\w+)  +\S.*\.$", "\n".join(text).partition("Commands:")[2], re.MULTILINE)
-    assert listed == ["plan", "play", "verify", "export", "robot", "urdf"] == list(COMMANDS)
+    assert listed == ["plan", "play", "compare", "verify", "export", "robot", "urdf"] == list(COMMANDS)
 
 
 def test_every_module_of_the_command_line_is_a_command_or_known_to_be_none() -> None:
@@ -129,7 +129,7 @@ def test_the_console_command_is_that_of_the_module() -> None:
 
 def test_bad_input_is_one_line_and_exit_2(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     for arguments, said in (
-        (["dance"], "command is 'dance'; valid: one of plan, play, verify, export, robot, urdf"),
+        (["dance"], "command is 'dance'; valid: one of plan, play, compare, verify, export, robot, urdf"),
         (["--nonsense"], "--nonsense"),
         (["plan", "--method", "magic"], "method is 'magic'"),
         (["play"], "FOLDER"),

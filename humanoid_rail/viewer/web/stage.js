@@ -43,7 +43,7 @@ function makeStage(viewer, middle, radius, floor, scale) {
   const shade = new THREE.Mesh(flat, new THREE.ShadowMaterial({ opacity: 0.16, depthWrite: false }));
   const lines = new THREE.GridHelper(80 * scale, 80, LINES, LINES);
   lines.material.transparent = true;
-  lines.material.opacity = 0.55;
+  lines.material.opacity = 0.4;
   lines.material.depthWrite = false;
   ground.renderOrder = -90;
   lines.renderOrder = -80;
@@ -82,6 +82,7 @@ function makeStage(viewer, middle, radius, floor, scale) {
         return !object.material.transparent && (!object.isInstancedMesh || count <= MOST_SHADOWS);
       };
       viewer.scene_tree.find(["meshcat", "world"]).object.traverse(object => {
+        object.castShadow = object.receiveShadow = false;
         if (!object.isMesh) return;
         object.castShadow = cast(object);
         object.receiveShadow = !object.material.transparent && count <= MOST_SHADOWS;
@@ -92,8 +93,8 @@ function makeStage(viewer, middle, radius, floor, scale) {
       const distance = Math.max(camera.position.distanceTo(target), 0.3 * radius);
       camera.near = distance / 200;
       camera.far = 40 * distance + 10 * radius;
-      scene.fog.near = distance + 2.5 * radius;
-      scene.fog.far = 6 * distance + 8 * radius;
+      scene.fog.near = distance + 1.2 * radius;
+      scene.fog.far = 2 * distance + 6 * radius;
       ground.scale.setScalar(0.9 * camera.far);
       sky.position.copy(camera.position);
       sky.scale.setScalar(0.95 * camera.far);
