@@ -30,8 +30,6 @@ ARGUMENTS = [
 ]
 DESKTOP, PHONE = (1280, 800), (390, 844)
 """Sizes of windows, pixels."""
-SETTLED = 700
-"""After so long nothing moves any more, ms."""
 
 
 def browser_path() -> str | None:
@@ -66,7 +64,12 @@ def opened(page_file: Path, size: tuple[int, int] = DESKTOP) -> Iterator[tuple[P
 def seek(page: Page, t: float) -> None:
     """Stop the motion of a page at a time in s, and wait until that is drawn and what hides the robot has faded."""
     page.evaluate("t => { playback.clock.pause(); playback.clock.seek(t); }", t)
-    page.wait_for_timeout(SETTLED)
+    settle(page)
+
+
+def settle(page: Page) -> None:
+    """Wait until what hides the robot has faded and all is drawn."""
+    page.wait_for_function("() => playback.obstacles.isSettled && !viewer.needs_render")
 
 
 @click.command()

@@ -51,14 +51,17 @@ def main(folder: Path, points: int, readme: Path | None) -> int:
             shares[file.name.partition("-")[0]].append((own, other))
             advance(1)
     rows = [
-        [kind, str(len(found)), *(f"{100 * value:.1f} %" for value in _summary(found))] for kind, found in shares.items()
+        [kind, str(len(found)), *(f"{100 * value:.1f} %" for value in _summary(found))]
+        for kind, found in shares.items()
     ]
     header = ("scenes", "number", "hidden, median", "hidden, worst", "from behind, median", "from behind, worst")
     print_table("views", "Share of the robot that obstacles hide", header, rows, readme)
     return int(any(_summary(found)[0] > MOST.get(kind, 1.0) for kind, found in shares.items()))
 
 
-def hidden_share(robot: Robot, scene: Scene, trajectory: Trajectory, camera: Array, points: int, seed: int = 0) -> float:
+def hidden_share(
+    robot: Robot, scene: Scene, trajectory: Trajectory, camera: Array, points: int, seed: int = 0
+) -> float:
     """Return the share of random points of a robot during a motion that obstacles hide from a camera.
 
     Args:

@@ -58,7 +58,9 @@ def compare_html(one: Plan, two: Plan, folders: tuple[str, str]) -> str:
         InvalidInput: If they are not of the same robot.
     """
     if one.robot.urdf != two.robot.urdf or one.robot.hand_names != two.robot.hand_names:
-        raise InvalidInput("robot", two.robot.name, f"the robot of {folders[0]}, the same in all of its URDF", folders[1])
+        raise InvalidInput(
+            "robot", two.robot.name, f"the robot of {folders[0]}, the same in all of its URDF", folders[1]
+        )
     names = [Path(folder).resolve().name for folder in folders]
     if names[0] == names[1]:
         names = list(folders)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -34,10 +35,10 @@ AZIMUTHS = np.radians(np.arange(0.0, 360.0, 30.0))
 """The camera turns about the vertical by these angles from where `CAMERA` is, rad."""
 ELEVATIONS = np.radians([12.0, 22.0, 40.0])
 """The angles from the horizon to the camera, rad."""
-AWAY = 0.02
-"""The share of hidden points that is worth a camera from which everything looks half as large."""
-STEEP = 0.004
-"""The share of hidden points that is worth the next one of the elevations, and of the ways to turn."""
+AWAY = 0.006
+"""The share of hidden points that is worth a camera from which everything looks twice as large."""
+TURN, STEEP = 0.002, 0.004
+"""The share of hidden points that is worth a camera which is turned by one step less, or is at the middle elevation."""
 
 
 class View(NamedTuple):
@@ -61,8 +62,8 @@ def best_view(robot: Robot, scene: Scene, *trajectories: Trajectory) -> View:
     """Return from where obstacles hide the least of a robot during its motion, with the whole motion in the picture.
 
     Cameras in some directions are compared, by rays to points of the robot at some moments of the motion and to the
-    targets. Among equals it is the one that is nearer, and then the one that looks rather from the side. No camera is
-    behind a half-space.
+    targets. Among those that see about as much it is one that is near, and not far from the direction of `CAMERA`. No
+    camera is behind a half-space.
 
     Args:
         robot: The robot.
@@ -85,18 +86,16 @@ def best_view(robot: Robot, scene: Scene, *trajectories: Trajectory) -> View:
     looked_at, when = np.vstack(points), np.array(times)
     stride = -(-len(looked_at) // MOST_POINTS)
     looked_at, when = looked_at[::stride], when[::stride]
-    cameras = [fitted(direction, box - middle) for direction in _directions(robot, targets, middle)]
+    cameras = {tuple(fitted(direction, box - middle)): cost for direction, cost in _directions(robot, targets, middle)}
     walls = [(np.array(o.normal), o.offset) for o in scene.obstacles if isinstance(o, HalfSpace)]
-    clear = [camera for camera in cameras if all(n @ (middle + camera) > d for n, d in walls)] or cameras
+    clear = [camera for camera in cameras if all(n @ (middle + camera) > d for n, d in walls)] or [*cameras]
     nearest, bodies = min(np.linalg.norm(camera) for camera in clear), blockers(scene.obstacles)
 
-    def cost(camera: Array) -> float:
+    def cost(camera: tuple[float, ...]) -> float:
         share = float(hidden(bodies, middle + camera, looked_at, when).mean())
-        elevation = np.arcsin(camera[2] / np.linalg.norm(camera))
-        steep = STEEP * float(abs(ELEVATIONS - elevation).argmin() != 1)
-        return share + AWAY * float(np.log2(np.linalg.norm(camera) / nearest)) + steep
+        return share + AWAY * float(np.log2(np.linalg.norm(camera) / nearest)) + cameras[camera]
 
-    return View(middle, min(clear, key=cost), box)
+    return View(middle, np.array(min(clear, key=cost)), box)
 
 
 def fitted(direction: Array, points: Array) -> Array:
@@ -109,15 +108,15 @@ def fitted(direction: Array, points: Array) -> Array:
     return back * float(np.max(points @ back + beside))
 
 
-def _directions(robot: Robot, targets: list[Array], middle: Array) -> list[Array]:
-    """Return the directions (3,) to the cameras that are compared, the one that is liked best first."""
+def _directions(robot: Robot, targets: list[Array], middle: Array) -> Iterator[tuple[Array, float]]:
+    """Yield the directions (3,) to the cameras that are compared, and what a camera costs that is not the best one."""
     first = np.arctan2(CAMERA[1], CAMERA[0])
-    if robot.meshes and targets and np.mean(targets, axis=0)[0] > middle[0]:
-        first = np.pi - first  # from in front: the robot does not hide then what it does
-    turned = sorted(AZIMUTHS, key=lambda angle: round(min(angle, 2 * np.pi - angle), 6))
-    return [
-        np.array([np.cos(elevation) * np.cos(first + turn), np.cos(elevation) * np.sin(first + turn), np.sin(elevation)])
-        for elevation in ELEVATIONS[[1, 0, 2]]
-        for turn in turned
-    ]
-
+    is_ahead = bool(targets) and float(np.mean(targets, axis=0)[0]) > middle[0]
+    if is_ahead == bool(robot.meshes):
+        # Thin robots are seen from behind, with what they reach for; others hide that, and are seen from in front.
+        first = np.pi - first
+    for i, elevation in enumerate(ELEVATIONS):
+        for k, angle in enumerate(AZIMUTHS + first):
+            level = np.cos(elevation)
+            cost = TURN * min(k, len(AZIMUTHS) - k) + STEEP * (i != 1)
+            yield np.array([level * np.cos(angle), level * np.sin(angle), np.sin(elevation)]), cost

@@ -39,9 +39,7 @@ def caption(name: str, trajectory: Trajectory, closest: Sequence[Closest], *, ma
         method += f", found by {trajectory.found_by}"
     if (retiming := provenance.retiming) is not None:
         method += f", retimed at {retiming.speed:.0%} of the speed limits"
-    pairs = "; ".join(
-        f"{pair.link} \u2013 {pair.other}, {pair.distance:.3f} m at {pair.t:.2f} s" for pair in closest
-    )
+    pairs = "; ".join(f"{pair.link} \u2013 {pair.other}, {pair.distance:.3f} m at {pair.t:.2f} s" for pair in closest)
     details = [f"closest: {pairs}" if pairs else "", "" if certificate is None else _left_out(certificate)]
     lines = [note, "" if reached else trajectory.reason, " \u00b7 ".join(filter(None, details))]
     said = "".join(f'<span class="chip {"good" if good else "bad"}">{html.escape(text)}</span>' for good, text in chips)
@@ -60,9 +58,11 @@ def legend(trajectory: Trajectory) -> str:
     colours = [f"#{colour:06x} {x:g}%" for x, (_, colour) in zip(at, CLEARANCE_SCALE, strict=True)]
     stops = ",".join([f"#{PENETRATION_COLOUR:06x} {zero:g}%", *colours])
     marks = ["&lt; 0", *(f"{clearance:g}" for clearance, _ in CLEARANCE_SCALE[:-1]), f"&ge; {far:g}"]
-    numbers = "".join(f'<span style="left:{x:g}%">{mark}</span>' for x, mark in zip([zero / 2, *at], marks, strict=True))
+    numbers = "".join(
+        f'<span style="left:{x:g}%">{mark}</span>' for x, mark in zip([zero / 2, *at], marks, strict=True)
+    )
     return (
-        f'<p>Traces of the hands: clearance from {of}, m</p>'
+        f"<p>Traces of the hands: clearance from {of}, m</p>"
         f'<div class="legend" style="background:linear-gradient(to right,{stops})">{numbers}</div>'
     )
 

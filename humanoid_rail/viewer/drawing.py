@@ -69,7 +69,7 @@ def is_floor(obstacle: Obstacle) -> bool:
 
 
 def obstacle_colours(obstacles: Sequence[Obstacle]) -> list[int]:
-    """Return the colour of each obstacle: those of the same kind and size have the same one, in the order of a scene."""
+    """Return the colour of each obstacle: the same for those of the same kind and size."""
     kinds: dict[tuple[object, ...], int] = {}
     colours = []
     for obstacle in obstacles:

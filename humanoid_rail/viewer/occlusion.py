@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import coal
 import numpy as np
+from numpy.typing import NDArray
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.scene.obstacles import Obstacle
 from humanoid_rail.scene.shapes import PlacedShape, placed_shapes
+
+Indices = NDArray[np.intp]
 
 MOST = 1000
 """So many bodies are looked at at most; of more, every so many of them."""
@@ -41,7 +44,7 @@ def blockers(obstacles: Sequence[Obstacle]) -> Blockers:
     return Blockers(*(np.array([*column], float) for column in columns))
 
 
-def hidden(bodies: Blockers, camera: Array, points: Array, t: Array) -> Array:
+def hidden(bodies: Blockers, camera: Array, points: Array, t: Array) -> NDArray[np.bool_]:
     """Return which points a camera does not see, (P,) of bool.
 
     Args:
@@ -56,27 +59,27 @@ def hidden(bodies: Blockers, camera: Array, points: Array, t: Array) -> Array:
     ray = camera - points
     length = np.linalg.norm(ray, axis=1)
     along = ray / length[:, None]
-    for moment in np.unique(t) if bodies.velocity.any() else [0.0]:
-        now = np.flatnonzero(t == moment) if bodies.velocity.any() else np.arange(len(points))
+    radius, is_moving = np.linalg.norm(bodies.half, axis=1), bodies.velocity.any()
+    for moment in np.unique(t) if is_moving else [0.0]:
+        now = np.flatnonzero(t == moment) if is_moving else np.arange(len(points))
         centre = bodies.centre + moment * bodies.velocity
-        for point, body in _near(centre, np.linalg.norm(bodies.half, axis=1), points[now], along[now], length[now]):
-            found[now[point[_meets(bodies, centre, body, points[now][point], ray[now][point])]]] = True
+        point, body = _near(centre, radius, points[now], along[now], length[now])
+        found[now[point[_meets(bodies, centre, body, points[now][point], ray[now][point])]]] = True
     return found
 
 
-def _near(
-    centre: Array, radius: Array, points: Array, along: Array, length: Array
-) -> Iterator[tuple[Array, Array]]:
-    """Yield the rays and bodies, by number, of pairs whose ray comes near the ball around the body."""
+def _near(centre: Array, radius: Array, points: Array, along: Array, length: Array) -> tuple[Indices, Indices]:
+    """Return the rays and the bodies, by number, of the pairs whose ray comes near the ball around the body."""
     # |b - p|^2 and (b - p) u by products of matrices: there are millions of pairs.
     forward = along @ centre.T - np.einsum("ij,ij->i", along, points)[:, None]
     apart = np.einsum("ij,ij->i", points, points)[:, None] - 2 * points @ centre.T
     apart += np.einsum("ij,ij->i", centre, centre)
     near = (apart - forward**2 < radius**2) & (forward > -radius) & (forward < length[:, None] + radius)
-    yield np.nonzero(near)
+    ray, body = np.nonzero(near)
+    return ray, body
 
 
-def _meets(bodies: Blockers, centre: Array, body: Array, start: Array, ray: Array) -> Array:
+def _meets(bodies: Blockers, centre: Array, body: Indices, start: Array, ray: Array) -> NDArray[np.bool_]:
     """Return for pairs of a body (k,) and a segment from (k, 3) along (k, 3) whether they meet, (k,) of bool."""
     offset = start - centre[body]
     rotation, half = bodies.rotation[body], bodies.half[body]

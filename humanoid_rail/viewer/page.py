@@ -68,9 +68,7 @@ class CommandList:
         self.commands.append(umsgpack.packb(command.lower()))
 
 
-def page_html(
-    title: str, body: str, drawn: CommandList, data: Any, *, style: str, scripts: Sequence[str]
-) -> str:
+def page_html(title: str, body: str, drawn: CommandList, data: Any, *, style: str, scripts: Sequence[str]) -> str:
     """Return a page that shows what was drawn; it needs neither a server nor the network.
 
     Args:

@@ -10,7 +10,7 @@ PLAY = "Play or pause"
 VIEWS = {
     "F": ("follow", "Follow the robot"),
     "R": ("reset", "Whole motion in view"),
-    "O": ("fade", "Fade obstacles in front of the robot"),
+    "O": ("fade", "Fade obstacles in the way"),
     "M": ("robot", "Robot as it looks"),
     "B": ("bodies", "Collision bodies"),
     "A": ("axes", "Frames of the joints"),
@@ -56,10 +56,10 @@ def playback_body(captions: str, legend: str, data: Mapping[str, Any]) -> str:
 <div id="labels"></div>
 <button type="button" id="help-button" title="Keys and views (?)" aria-label="Keys and views">?</button>
 <aside id="help" hidden>
-<h2>View</h2><div class="views">{views}</div>
-<h2>Keys</h2><dl>{moves}</dl>
+<div><h2>View</h2><div class="views">{views}</div></div>
+<div><h2>Keys</h2><dl>{moves}</dl>
 <p>Drag to turn, right-drag or two fingers to shift, scroll or pinch to zoom to the pointer.</p>
-<h2>Colours</h2><p class="hands">{hands}</p>{legend}
+<h2>Colours</h2><p class="hands">{hands}</p>{legend}</div>
 </aside>
 </main>
 <section id="plots" aria-label="Plots over time"></section>

@@ -1,4 +1,4 @@
-"""What is plotted of a motion over time: clearances, manipulability, joints in shares of their limits, speeds of hands."""
+"""What is plotted of a motion: clearance, manipulability, joints in shares of their limits, speeds of hands."""
 
 from __future__ import annotations
 
@@ -153,5 +153,7 @@ def _clearance(trajectory: Trajectory, pairs: ClosestPairs, t: Array) -> Array |
     nearest: Array = np.interp(t, trajectory.t, trajectory.clearance.min(axis=1))
     if pairs.obstacles:
         between = ~np.isin(t, trajectory.t)
-        nearest[between] = [pair.distance for pair, is_between in zip(pairs.obstacles, between, strict=True) if is_between]
+        nearest[between] = [
+            pair.distance for pair, is_between in zip(pairs.obstacles, between, strict=True) if is_between
+        ]
     return nearest

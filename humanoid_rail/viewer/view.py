@@ -14,6 +14,7 @@ import numpy as np
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.scene.obstacles import HalfSpace
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.scene.shapes import placed_shapes
 from humanoid_rail.scene.targets import direction, position
@@ -32,6 +33,8 @@ NEARBY = 1.5
 """Obstacles may be below the robot by as much, to stand on the floor; it is scaled with the robot, m."""
 DIM = {"AmbientLight": 0.5, "FillLight": 0.3, "PointLightNegativeX": 0.2, "PointLightPositiveX": 0.2}
 """Lights of meshcat where they are weaker, and how strong they are."""
+BODIES = (0.3, 0.55, 0.84, 0.4)
+"""Collision bodies have this colour, red, green, blue and opacity from 0 to 1: what is in them can be seen."""
 SECOND = (0.55, 0.33, 0.66, 0.35)
 """The robot of a second motion in the same picture has this colour, red, green, blue and opacity from 0 to 1."""
 
@@ -70,7 +73,10 @@ def draw_motion(
     if is_second:  # what does not move is there already
         visuals = [visual._replace(rgba=SECOND) for visual in visuals if visual.joint != robot.model.names[0]]
     draw_visuals(view["robot"], visuals)
-    draw_bodies(view["bodies"], robot, robot.collision_model)
+    bodies = robot.collision_model.copy()
+    for body in bodies.geometryObjects:
+        body.meshColor = np.array(BODIES)
+    draw_bodies(view["bodies"], robot, bodies)
     view["bodies"].set_property("visible", False)
     clearance = trace_clearance(trajectory, pairs)
     for i, name in enumerate(trajectory.hand_names):
@@ -111,9 +117,9 @@ def dim(view: meshcat.Visualizer) -> None:
 
 def floor_height(robot: Robot, scene: Scene, visuals: Sequence[Visual]) -> float:
     """Return the height of the floor, m: of the half-space that is one, or below the robot and obstacles near it."""
-    floors = [obstacle for obstacle in scene.obstacles if is_floor(obstacle)]
+    floors = [o.offset / o.normal[2] for o in scene.obstacles if isinstance(o, HalfSpace) and is_floor(o)]
     if floors:
-        return max(floor.offset / float(np.linalg.norm(floor.normal)) for floor in floors)  # type: ignore[union-attr]
+        return max(floors)
     low = float(robot_points(robot, visuals, robot.initial)[:, 2].min())
     boxes = [bounds(piece) for obstacle in scene.obstacles for piece in placed_shapes(obstacle)]
     under = [float(box[0, 2]) for box in boxes if len(box) and low - NEARBY * scale(robot) < box[0, 2]]

@@ -72,7 +72,9 @@ def unpacked(packed: str, width: int | None = None) -> np.ndarray:
 
 def trace(page: str, hand: str) -> tuple[np.ndarray, np.ndarray]:
     """Return the beads of a trace: where they are (B, 3), m, and their colours (B, 3) from 0 to 255."""
-    (command,) = [c for c in commands(page) if c["type"] == "set_object" and c["path"].endswith(f"motion0/traces/{hand}")]
+    (command,) = [
+        c for c in commands(page) if c["type"] == "set_object" and c["path"].endswith(f"motion0/traces/{hand}")
+    ]
     attributes = command["object"]["geometries"][0]["data"]["attributes"]
     return tuple(
         np.frombuffer(attributes[name]["array"].data, np.float32).reshape(-1, 3) * factor

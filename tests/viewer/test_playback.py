@@ -51,7 +51,8 @@ def test_the_page_shows_the_robot_moving(robot: Robot, scene: Scene, tmp_path: P
             name: page.evaluate(
                 """name => {
                     const find = path => viewer.scene_tree.find(path).object;
-                    const world = find(["meshcat", "world"]), node = find(["meshcat", "world", "motion0", "robot", name]);
+                    const world = find(["meshcat", "world"]);
+                    const node = find(["meshcat", "world", "motion0", "robot", name]);
                     viewer.scene.updateMatrixWorld(true);
                     return world.matrixWorld.clone().invert().multiply(node.matrixWorld).elements;
                 }""",
@@ -188,7 +189,7 @@ def test_without_the_engine_the_page_shows_no_closest_pairs(
     monkeypatch.setattr("humanoid_rail._native.why_no_engine", lambda: "not built")
     page = playback_html(robot, scene, trajectory)
     assert "not certified, as there was no native engine" in page
-    assert "closest:" not in page
+    assert "<p>closest:" not in page
     assert "clearance from obstacles, m" in page
     (motion,) = page_data(page)["motions"]
     assert motion["closest"] == {}

@@ -10,9 +10,8 @@ function makeFigure(viewer, page, motion, number) {
   const find = (...path) => viewer.scene_tree.find(["meshcat", "world", `motion${number}`, ...path]).object;
   const names = ["universe", ...page.joints.map(joint => joint.name)];
   const trees = ["robot", "bodies"].map(tree => names.map(name => find(tree, name)));
-  const axes = new THREE.Group();
+  const axes = find("axes");
   axes.visible = false;
-  axes.name = "axes";
   names.slice(1).forEach(() => {
     const cross = new THREE.AxesHelper(AXES * page.scale);
     cross.material.depthTest = false;
@@ -20,10 +19,10 @@ function makeFigure(viewer, page, motion, number) {
     cross.renderOrder = 5;
     axes.add(cross);
   });
-  find().add(axes);
   if (number > 0) {
     find("robot").traverse(node => {
-      if (node.material) Object.assign(node.material, { transparent: true, depthWrite: false });
+      const look = node.material; // edges of boxes are lines without opacity
+      if (look) Object.assign(look, { transparent: true, depthWrite: false, opacity: Math.min(look.opacity, 0.5) });
     });
   }
   const lines = Object.entries(motion.closest).map(([kind, pairs]) => {

@@ -8,7 +8,7 @@ function makeLabels(viewer, page, figures, obstacles, inView) {
   const labels = [];
 
   function add(kind, text, place, colour) {
-    const element = Object.assign(document.createElement("span"), { className: kind, textContent: text });
+    const element = Object.assign(document.createElement("span"), { className: kind, textContent: text, hidden: true });
     if (colour) element.style.setProperty("--colour", colour);
     layer.append(element);
     labels.push({ kind, element, place });

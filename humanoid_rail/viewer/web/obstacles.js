@@ -101,6 +101,7 @@ function makeBodies(mesh) {
   return {
     count, mesh, balls,
     owners: mesh.userData.owners,
+    get isSettled() { return [...changing].every(i => opacity[i] === goal[i]); },
     // Choose which bodies fade: those between the ends of any of the rays.
     aim(rays) {
       for (let i = 0; i < count; i++) {
@@ -149,7 +150,8 @@ function makeObstacles(viewer, page) {
 
   return {
     count, groups,
-    get isFading() { return isFading; },
+    // Whether all that is to fade has.
+    get isSettled() { return !isStale && all.every(({ bodies }) => bodies.isSettled); },
     setFading(value) {
       isFading = value;
       isStale = true;
