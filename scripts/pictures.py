@@ -40,6 +40,8 @@ MOVING = (800, 500)
 """Size of the moving picture, pixels."""
 COLOURS = 255
 """It has so many colours."""
+STRONG, SAMPLED = 70, 50_000
+"""From this difference of red, green and blue, in 255ths, colours are strong; so many pixels make the palette."""
 LARGEST = 3_000_000
 """It is not larger, bytes."""
 GAP = 12
@@ -128,10 +130,7 @@ def moving(robot: Robot) -> bytes:
         frames = [
             Image.open(BytesIO(taken(page, t))).convert("RGB").resize(MOVING, Image.Resampling.LANCZOS) for t in times
         ]
-    # One palette for all, or else what does not move would flicker.
-    palette = beside_image(frames[:: len(frames) // 6]).quantize(
-        COLOURS, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE
-    )
+    palette = palette_of(frames[:: len(frames) // 6])
     reduced = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
     lasting = [int(1000 / RATE)] * len(reduced)
     lasting[-1] += int(1000 * REST)
@@ -142,6 +141,17 @@ def moving(robot: Robot) -> bytes:
     if (size := len(content.getvalue())) > LARGEST:
         raise HumanoidRailError(f"the moving picture has {size} bytes, more than {LARGEST}")
     return content.getvalue()
+
+
+def palette_of(frames: list[Image.Image]) -> Image.Image:
+    """Return one palette for all frames, or else what does not move would flicker.
+
+    Half of what it is made of are pixels of strong colours, which are few: robot, targets and curves.
+    """
+    pixels = np.vstack([np.asarray(frame).reshape(-1, 3) for frame in frames])
+    strong = pixels[np.ptp(pixels.astype(int), axis=1) > STRONG]
+    half = [each[:: max(len(each) // SAMPLED, 1)][:SAMPLED] for each in (pixels, strong)]
+    return Image.fromarray(np.vstack(half)[None]).quantize(COLOURS)
 
 
 PICTURES: dict[str, Callable[[Robot], bytes]] = {

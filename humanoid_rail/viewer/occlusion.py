@@ -90,7 +90,8 @@ def _meets(bodies: Blockers, centre: Array, body: Indices, start: Array, ray: Ar
     box = (enter <= leave) & (leave > 0) & (enter < 1)
     share = np.clip(-np.einsum("ij,ij->i", offset, ray) / np.einsum("ij,ij->i", ray, ray), 0.0, 1.0)
     ball = np.linalg.norm(offset + share[:, None] * ray, axis=1) < half[:, 0]
-    return np.where(bodies.is_ball[body] > 0, ball, box)
+    met: NDArray[np.bool_] = np.where(bodies.is_ball[body] > 0, ball, box)
+    return met
 
 
 def _box(placed: PlacedShape) -> tuple[Array, Array, Array]:
