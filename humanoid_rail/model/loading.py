@@ -108,9 +108,7 @@ def _package(wanted: str) -> Path:
         raise InvalidInput("package", wanted, "the name of a Python package, such as example-robot-data>=5")
     root, there = package_root(package.name), metadata.version(package.name)
     if not package.specifier.contains(there, prereleases=True):
-        raise InvalidInput(
-            "package", wanted, f"what is installed: {package.name} {there}; or install what is asked for"
-        )
+        raise InvalidInput("package", wanted, f"a version that is installed; there is {package.name} {there}")
     return root
 
 
