@@ -34,7 +34,7 @@ WIDE = 1.5
 SHARE = 0.75
 """The share of the picture that is filled where that is computed."""
 LOWERED = 0.07
-"""What is to be seen is lower than the middle by this share of the picture, below the caption, where that is computed."""
+"""It is lower than the middle by this share of the picture there, below the caption."""
 NEARBY = 1.5
 """Obstacles count for the picture within this distance of robot and targets, m; it is scaled with the robot."""
 SMALLEST = 1.0
