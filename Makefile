@@ -85,8 +85,9 @@ meshes: $(VENV)/test-installed
 robots: $(VENV)/test-installed
 	$(BIN)/python -m validation.check_robots --readme docs/robots.md
 
-# The pictures of the gallery.
+# The table and the pictures of the gallery: two minutes.
 gallery: $(VENV)/test-installed
+	$(BIN)/python scripts/gallery.py --readme docs/robots.md
 	for scene in scenes/robots/*-shelf.json; do \
 		$(BIN)/python scripts/screenshot.py docs/robots/$$(basename $$scene -shelf.json).png --scene $$scene --size 840 560 \
 		|| exit 1; done
