@@ -50,7 +50,7 @@ def main(seeds: int, readme: Path | None) -> int:
 
 
 def plans_of(name: str, robot: Robot, seeds: int) -> tuple[list[float], list[float], list[str]]:
-    """Return the bounds of good plans of a robot's scenes (m), the processor times of all plans (s), and what is wrong."""
+    """Return the bounds of good plans of a robot's scenes (m), the times of all plans (s), and what is wrong."""
     bounds, times, wrong = [], [], []
     home = resource("scenes", "paper.yaml").parent / "robots"
     for file in sorted(home.glob(f"{name.replace('_', '-')}-*.json")):
