@@ -1,4 +1,4 @@
-"""The scenes of the gallery: solved, and with something in the way; of robots that load fast; `make gallery` looks at all."""
+"""Scenes of the gallery are solved, and something is in the way; of robots that load fast, `make gallery` of all."""
 
 from __future__ import annotations
 
