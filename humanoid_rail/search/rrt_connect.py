@@ -4,9 +4,9 @@ RRT-Connect (Kuffner and LaValle 2000) grows a tree from the start and one from 
 it finds is shortened by OMPL's shortcutting. Configurations are measured in units of the speed limits, so that the
 length of a path is the time it takes at them.
 
-The same seed gives the same path, whatever happens in other threads: OMPL draws its seeds from one generator of the
-process. All that draws from it, which the setup of a space of configurations does too, is done by one thread at a time,
-and the generator is set anew for each call. So threads wait for each other here; processes do not.
+The same seed gives the same path, whatever other threads plan: OMPL draws its seeds from one generator of the process,
+which is set before each call and kept for it. The setup of a space of configurations draws from it too, so it is done
+in the call. Threads wait for each other here; processes do not.
 """
 
 from __future__ import annotations
@@ -72,10 +72,7 @@ class _Motions(base.MotionValidator):  # type: ignore[misc]
 
 @contextmanager
 def _ompl(information: base.SpaceInformation, seed: int, deadline: float) -> Iterator[bool]:
-    """Have OMPL draw its random numbers from a seed and log nothing; False if it is in use until a deadline.
-
-    What is known of the space is set up by then.
-    """
+    """Set up a space, and have OMPL draw from a seed and log nothing; False if it is in use until a deadline."""
     left = deadline - time.perf_counter()
     if not _lock.acquire(timeout=min(max(left, 0.0), threading.TIMEOUT_MAX)):
         yield False
