@@ -88,10 +88,12 @@ meshes: $(VENV)/test-installed
 robots: $(VENV)/test-installed
 	$(BIN)/python -m validation.check_robots --readme docs/robots.md
 
-# The pictures of the gallery.
+# The table and the pictures of the gallery: two minutes.
 gallery: $(VENV)/test-installed
-	for scene in scenes/robots/*-shelf.json; do name=$$(basename $$scene -shelf.json | tr - _); \
-		$(BIN)/python scripts/screenshot.py docs/robots/$$name.png --robot $$name --scene $$scene; done
+	$(BIN)/python scripts/gallery.py --readme docs/robots.md
+	for scene in scenes/robots/*-shelf.json; do \
+		$(BIN)/python scripts/screenshot.py docs/robots/$$(basename $$scene -shelf.json).png --scene $$scene --size 840 560 \
+		|| exit 1; done
 
 # The tests of the native engine under AddressSanitizer and UndefinedBehaviorSanitizer, with GCC, in an environment of
 # its own. The interpreter itself is not looked at, and never gives back all of its memory.

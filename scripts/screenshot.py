@@ -11,7 +11,7 @@ from pathlib import Path
 import click
 from playwright.sync_api import Page, sync_playwright
 
-from humanoid_rail import HumanoidRailError, load_robot, load_scene, paper_scene, plan, plan_case, retime
+from humanoid_rail import HumanoidRailError, load_robot_of_scene, load_scene, paper_scene, plan, plan_case, retime
 from humanoid_rail._files import check_file, write_file
 from humanoid_rail.cli.console import console, run
 from humanoid_rail.viewer.playback import playback_html
@@ -75,22 +75,20 @@ def settle(page: Page) -> None:
 @click.command()
 @click.argument("picture", type=click.Path(path_type=Path))
 @click.option("--case", default=3, show_default=True, help="Case of the paper.")
-@click.option("--scene", "scene_file", help="A scene file instead, planned by auto and retimed.")
-@click.option(
-    "--robot", "robot_name", help="The robot of the scene, as `load_robot` takes it; the paper's if not given."
-)
-@click.option("--at", default=1.9, show_default=True, help="Time of the motion, s.")
-def main(picture: Path, case: int, scene_file: str | None, robot_name: str | None, at: float) -> None:
+@click.option("--scene", "scene_file", help="A scene file instead, planned by auto for its robot and retimed.")
+@click.option("--at", type=float, help="Time of the motion, s; its end if not given.")
+@click.option("--size", default=DESKTOP, show_default=True, type=(int, int), help="Width and height, pixels.")
+def main(picture: Path, case: int, scene_file: str | None, at: float | None, size: tuple[int, int]) -> None:
     """Plan a case of the paper and write a PICTURE of its playback page."""
     check_file(picture)
-    robot = load_robot() if robot_name is None else load_robot(robot_name)
     scene = paper_scene() if scene_file is None else load_scene(scene_file)
+    robot = load_robot_of_scene(scene)
     motion = plan_case(robot, case) if scene_file is None else retime(plan(robot, scene), robot, scene)
     with tempfile.TemporaryDirectory() as folder:
         page_file = Path(folder) / "playback.html"
         page_file.write_text(playback_html(robot, scene, motion), encoding="utf-8")
-        with opened(page_file) as (page, _):
-            seek(page, at)
+        with opened(page_file, size) as (page, _):
+            seek(page, motion.duration if at is None else at)
             taken = page.screenshot()
     write_file(picture, taken)
     console().print(f"{picture}", soft_wrap=True)

@@ -17,6 +17,7 @@ from humanoid_rail._native import engine
 from humanoid_rail.collision.certificate import Certificate, Contact
 from humanoid_rail.errors import InvalidInput
 from humanoid_rail.model.native_robot import native_robot
+from humanoid_rail.model.pair_distances import own_distances
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.native_obstacles import native_obstacles
 from humanoid_rail.scene.obstacles import Obstacle, name_of
@@ -57,7 +58,8 @@ def certify(
         raise InvalidInput("max_checks", budget, f"a whole number from 1 to {LARGEST_BUDGET}")
     certifier = engine().Certifier(native_robot(robot), native_obstacles(obstacles))
     found = certifier.certify(t, q, np.empty((0, robot.n)) if velocity is None else velocity, budget)
-    some_obstacle, some_pair = bool(obstacles), bool(robot.self_collision_pairs)
+    some_obstacle, some_pair, own = bool(obstacles), bool(robot.self_collision_pairs), own_distances(robot)
+    some_own = bool(np.isfinite(own).any())
     reason = None if found.stopped is None else f"budget of {budget} checks used up at t = {found.stopped:.4g} s"
     return Certificate(
         certified=found.certified,
@@ -68,12 +70,13 @@ def certify(
         unchecked_pairs=robot.unchecked_pairs,
         links_without_body=robot.links_without_body,
         reason=reason,
-        others_bound=found.others_bound if robot.pair_distances and some_pair and reason is None else None,
+        others_bound=_finite(found.others_bound) if some_own and reason is None else None,
+        only_own_distances=not some_obstacle and some_own and bool(np.isfinite(own).all()),
     )
 
 
 def _finite(clearance: float) -> float | None:
-    """Return a clearance, or None where the budget was used up before any was measured."""
+    """Return a clearance, or None where there is none, or the budget was used up before any was measured."""
     return clearance if np.isfinite(clearance) else None
 
 

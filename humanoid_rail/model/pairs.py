@@ -69,7 +69,8 @@ def choose_pairs(
     # Copies: those in the model move in memory where it grows.
     bodies = [body.copy() for body in collision_model.geometryObjects]
     links = [model.frames[body.parentFrame].name for body in bodies]
-    checked, parts, left_out = list[tuple[int, int]](), list[tuple[int, int]](), list[UncheckedPair]()
+    checked, parts = list[tuple[int, int]](), list[tuple[int, int]]()
+    known: dict[tuple[str, str], list[str]] = {}
     for (i, a), (j, b) in combinations(enumerate(links), 2):
         if a == b:  # bodies of one link are one body
             continue
@@ -80,8 +81,16 @@ def choose_pairs(
         added, why = _far_pair(model, bodies[i], bodies[j], q)
         if added:
             parts.append((collision_model.addGeometryObject(added[0]), collision_model.addGeometryObject(added[1])))
-        left_out.append(UncheckedPair(a, b, reason if why == reason else f"{reason}; {why}"))
+        of_pair = known.setdefault((a, b), [])
+        if why not in of_pair:
+            of_pair.append(why)
+    left_out = (UncheckedPair(a, b, _said(disabled[frozenset((a, b))], whys)) for (a, b), whys in known.items())
     return Pairs((*checked, *parts), tuple(left_out))
+
+
+def _said(reason: str, known: list[str]) -> str:
+    """Return why a pair of links is left out, and what is known of its bodies nevertheless."""
+    return reason if known == [reason] else f"{reason}; {', of others of their bodies: '.join(known)}"
 
 
 def _far_pair(

@@ -22,6 +22,7 @@ ELSEWHERE = "every other joint, at 0"
 """`locked` may say this, with what follows, instead of positions: it is what happens anyway."""
 
 Names = Annotated[tuple[str, ...], BeforeValidator(plain)]
+BodyNumber = Annotated[int, Field(ge=0)]
 Positions = dict[str, Number]
 """Positions of joints by their names, m and rad."""
 
@@ -86,6 +87,8 @@ class PairEntry(Frozen):
 
     links: Annotated[tuple[str, str], BeforeValidator(plain)]
     """Their names."""
+    bodies: Annotated[tuple[BodyNumber, BodyNumber], BeforeValidator(plain)] | None = None
+    """Which of the bodies of each link a distance is about, counted from 0; all of both if not given."""
     why: str = "left out by the robot file"
     """Why they are left out."""
     distance: Annotated[float, Field(ge=0.0)] | None = None

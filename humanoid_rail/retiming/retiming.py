@@ -235,9 +235,11 @@ def _check_moving(robot: Robot, segments: Sequence[Array], limits: Limits) -> No
 def _wanted(trajectory: Trajectory) -> float:
     """Return the bound that a certificate has to come up to, m: the plan's, but no more than it was asked to keep."""
     certificate, asked = trajectory.certificate, trajectory.method.kept_distance
-    bound = None if certificate is None else certificate.kept_bound
-    if bound is None or not trajectory.certified:
+    if certificate is None or not trajectory.certified:
         return -np.inf
+    bound = certificate.kept_bound
+    if bound is None:  # nothing is to keep the safety distance, but nothing may touch either
+        return 0.0
     return min(bound, np.inf if asked is None else asked) - bound_resolution()
 
 

@@ -14,6 +14,7 @@ from humanoid_rail.scene.obstacles import HalfSpace
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.scene.targets import position
 from humanoid_rail.trajectory import Trajectory
+from humanoid_rail.viewer.line_of_sight import hidden_hands
 from humanoid_rail.viewer.occlusion import blockers, hidden
 from humanoid_rail.viewer.sizes import robot_points, scale
 
@@ -37,6 +38,8 @@ ELEVATIONS = np.radians([12.0, 22.0, 40.0])
 """The angles from the horizon to the camera, rad."""
 AWAY = 0.006
 """The share of hidden points that is worth a camera from which everything looks twice as large."""
+HANDS = 0.1
+"""The share of hidden points that is worth a camera from which a robot of meshes does not hide its hands."""
 TURN, STEEP = 0.002, 0.004
 """The share of hidden points that is worth a camera which is turned by one step less, or is at the middle elevation."""
 
@@ -76,7 +79,9 @@ def best_view(robot: Robot, scene: Scene, *trajectories: Trajectory) -> View:
         for t in np.linspace(0.0, trajectory.duration, MOMENTS):
             around = robot_points(robot, (), trajectory.configuration(t))
             seen.append(around)
-            looked = np.vstack([(around[::2] + around[1::2]) / 2, kinematics.stick_figure(trajectory.configuration(t))])
+            looked = np.vstack(
+                [around.reshape(-1, 8, 3).mean(axis=1), kinematics.stick_figure(trajectory.configuration(t))]
+            )
             points.append(looked)
             times += [t] * len(looked)
     box = np.vstack(seen)
@@ -89,6 +94,10 @@ def best_view(robot: Robot, scene: Scene, *trajectories: Trajectory) -> View:
     cameras = {tuple(fitted(direction, box - middle)): cost for direction, cost in _directions(robot, targets, middle)}
     walls = [(np.array(o.normal), o.offset) for o in scene.obstacles if isinstance(o, HalfSpace)]
     clear = [camera for camera in cameras if all(n @ (middle + camera) > d for n, d in walls)] or [*cameras]
+    if robot.meshes:
+        end = trajectories[0].configuration(trajectories[0].duration)
+        for camera, share in zip(cameras, hidden_hands(robot, end, middle + np.array([*cameras])), strict=True):
+            cameras[camera] += HANDS * float(share)
     nearest, bodies = min(np.linalg.norm(camera) for camera in clear), blockers(scene.obstacles)
 
     def cost(camera: tuple[float, ...]) -> float:
