@@ -92,7 +92,7 @@ robots: $(VENV)/test-installed
 gallery: $(VENV)/test-installed
 	$(BIN)/python scripts/gallery.py --readme docs/robots.md
 	for scene in scenes/robots/*-shelf.json; do \
-		$(BIN)/python scripts/screenshot.py docs/robots/$$(basename $$scene -shelf.json).png --scene $$scene --size 840 560 \
+		$(BIN)/python scripts/screenshot.py docs/robots/$$(basename $$scene -shelf.json).png --scene $$scene --size 840 560 --stage \
 		|| exit 1; done
 
 # The tests of the native engine under AddressSanitizer and UndefinedBehaviorSanitizer, with GCC, in an environment of

@@ -78,7 +78,10 @@ def settle(page: Page) -> None:
 @click.option("--scene", "scene_file", help="A scene file instead, planned by auto for its robot and retimed.")
 @click.option("--at", type=float, help="Time of the motion, s; its end if not given.")
 @click.option("--size", default=DESKTOP, show_default=True, type=(int, int), help="Width and height, pixels.")
-def main(picture: Path, case: int, scene_file: str | None, at: float | None, size: tuple[int, int]) -> None:
+@click.option("--stage", is_flag=True, help="Of the scene alone, without what is around it.")
+def main(
+    picture: Path, case: int, scene_file: str | None, at: float | None, size: tuple[int, int], stage: bool
+) -> None:
     """Plan a case of the paper and write a PICTURE of its playback page."""
     check_file(picture)
     scene = paper_scene() if scene_file is None else load_scene(scene_file)
@@ -88,8 +91,10 @@ def main(picture: Path, case: int, scene_file: str | None, at: float | None, siz
         page_file = Path(folder) / "playback.html"
         page_file.write_text(playback_html(robot, scene, motion), encoding="utf-8")
         with opened(page_file, size) as (page, _):
+            if stage:
+                page.add_style_tag(content="#caption, #plots, #timeline, #help-button { display: none !important; }")
             seek(page, motion.duration if at is None else at)
-            taken = page.screenshot()
+            taken = page.locator("#stage").screenshot() if stage else page.screenshot()
     write_file(picture, taken)
     console().print(f"{picture}", soft_wrap=True)
 

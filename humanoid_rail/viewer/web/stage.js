@@ -58,8 +58,8 @@ function makeStage(viewer, middle, radius, floor, scale) {
   lines.position.z = Math.round(middle.z / scale) * scale;
   shade.scale.setScalar(4 * radius);
 
-  stage.add(new THREE.HemisphereLight(0xffffff, 0xb9c1ca, 0.72));
-  const sun = new THREE.DirectionalLight(0xfff6e8, 0.5);
+  stage.add(new THREE.HemisphereLight(0xffffff, 0xa9b3bf, 0.6));
+  const sun = new THREE.DirectionalLight(0xfff6e8, 0.42);
   sun.position.copy(middle).add(new THREE.Vector3(0.45, 1.3, 0.7).multiplyScalar(2.5 * radius));
   sun.target.position.copy(middle);
   sun.castShadow = true;
@@ -71,7 +71,7 @@ function makeStage(viewer, middle, radius, floor, scale) {
   sun.shadow.radius = 3;
   stage.add(sun, sun.target);
 
-  const fill = new THREE.DirectionalLight(0xe6eeff, 0.16);
+  const fill = new THREE.DirectionalLight(0xe6eeff, 0.1);
   stage.add(fill);
 
   return {
