@@ -41,9 +41,10 @@ def caption(name: str, trajectory: Trajectory, closest: Sequence[Closest], *, ma
         method += f", retimed at {retiming.speed:.0%} of the speed limits"
     pairs = "; ".join(f"{pair.link} \u2013 {pair.other}, {pair.distance:.3f} m at {pair.t:.2f} s" for pair in closest)
     details = [f"closest: {pairs}" if pairs else "", "" if certificate is None else _left_out(certificate)]
-    lines = [note, "" if reached else trajectory.reason, " \u00b7 ".join(filter(None, details))]
+    lines = [note, " \u00b7 ".join(filter(None, details))]
+    why = "" if reached else f'<p class="why">{html.escape(trajectory.reason)}</p>'
     said = "".join(f'<span class="chip {"good" if good else "bad"}">{html.escape(text)}</span>' for good, text in chips)
-    below = "".join(f"<p>{html.escape(line)}</p>" for line in lines if line)
+    below = why + "".join(f"<p>{html.escape(line)}</p>" for line in lines if line)
     return (
         f'<section><div class="verdict">{mark}<h1>{html.escape(name)}</h1>{said}'
         f'<span class="method">{html.escape(method)}</span></div>{below}</section>'
