@@ -21,7 +21,7 @@ from humanoid_rail.geometry.mesh_files import Triangles, files_of, read_triangle
 from humanoid_rail.geometry.simple_hull import SimpleHull, simple_hull
 from humanoid_rail.geometry.solids import size_of
 
-VERSION = 1
+VERSION = 2
 """Of what is kept on disk: higher whenever the same mesh gives other bodies."""
 MOST_SWELLING = 2e-3
 """A hull reaches out of the true one by no more than this, m."""
