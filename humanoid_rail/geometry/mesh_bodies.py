@@ -200,8 +200,10 @@ def _kept(file: Path) -> MeshBodies | None:
     try:
         numbers, *pieces = read_bodies(file)
         swelling, hull_share, _ = map(float, numbers[0])
+        for piece in pieces:
+            ConvexHull(piece)  # fails where all points are in a plane
     except Exception:  # a damaged archive may raise anything
         return None
-    if not pieces or swelling < 0.0 or not 0.0 <= hull_share <= 1.0 or min(map(len, pieces)) < 4:
+    if not pieces or swelling < 0.0 or not 0.0 <= hull_share <= 1.0:
         return None
     return MeshBodies(tuple(map(frozen, pieces)), swelling, hull_share)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -22,6 +23,11 @@ UP: dict[str, Array] = {
 """Rotations (3, 3) from the axes of a file to those with z up, by COLLADA's name of its up axis."""
 WITHOUT_REFERENCES = frozenset({".stl", ".ply", ".off"})
 """Files of these formats never refer to others, and their numbers are taken as they are: metres, z up."""
+
+SMALL = 1e-3
+"""A mesh that is smaller than this is probably in another unit, m."""
+ROUNDING = 1e-6
+"""What counts as zero, relative to the coordinates: files in single precision round."""
 
 
 class Triangles(NamedTuple):
@@ -71,9 +77,18 @@ def read_triangles(file: str, z_up: bool = True) -> Triangles:
         raise ValueError("a mesh with finite vertices")
     if faces.min() < 0 or faces.max() >= len(vertices):
         raise ValueError(f"a mesh whose triangles have corners 0 to {len(vertices) - 1}")
+    _check_surface(vertices[np.unique(faces)])
     in_metres = vertices * unit(file)
     check_against_assimp(file, vertices, faces)
     return Triangles(in_metres @ upright(file).T if z_up else in_metres, faces)
+
+
+def warn_of_size(file: str | Path, size: float, largest: float) -> None:
+    """Warn if a mesh is so large or so small, in m, that its numbers are probably in another unit."""
+    if size > largest or size < SMALL:
+        unit, scale = ("millimetres", 0.001) if size > largest else ("metres", 1)
+        what = f"{Path(file).name} is {size:.6g} m large; if its numbers are {unit}, give it the scale {scale:g}"
+        warnings.warn(what, stacklevel=3)
 
 
 def load(file: str) -> Any:
@@ -149,6 +164,14 @@ def _placed(scene: Any, node: str) -> Triangles:
     if vertices.ndim != 2 or vertices.shape[1] != 3:
         raise ValueError("a mesh whose vertices have three coordinates each")
     return Triangles(vertices @ T[:3, :3].T + T[:3, 3], faces)
+
+
+def _check_surface(vertices: Array) -> None:
+    """Check that vertices (n, 3) of triangles are not all at one point or on one line, up to rounding."""
+    width = np.linalg.svd(vertices - vertices.mean(axis=0), compute_uv=False) / np.sqrt(len(vertices))
+    where = np.count_nonzero(width > ROUNDING * np.abs(vertices).max())
+    if where < 2:
+        raise ValueError(f"a mesh that has a surface: all its vertices are {('at one point', 'on one line')[where]}")
 
 
 def _is_collada(file: str) -> bool:

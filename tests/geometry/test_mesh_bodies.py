@@ -103,10 +103,8 @@ def test_small_convex_meshes_are_their_own_vertices(tmp_path: Path) -> None:
     np.testing.assert_array_equal(again.pieces[0], bodies.pieces[0])
 
 
-@pytest.mark.parametrize("name", ["flat", "line", "point"])
-def test_meshes_without_thickness_get_some(name: str, tmp_path: Path) -> None:
-    thin = {"flat": (1.0, 1.0, 0.0), "line": (1.0, 0.0, 0.0), "point": (0.0, 0.0, 0.0)}[name]
-    vertices = trimesh.creation.icosphere(2, 0.1).vertices * thin + (0.0, 0.3, 0.0)
+def test_a_flat_mesh_gets_some_thickness(tmp_path: Path) -> None:
+    vertices = trimesh.creation.icosphere(2, 0.1).vertices * (1.0, 1.0, 0.0) + (0.0, 0.3, 0.0)
     file = raw(vertices, trimesh.creation.icosphere(2).faces, tmp_path)
     for bodies in (mesh_hull(file, 1.0), mesh_pieces(file, 1.0)):
         (piece,) = bodies.pieces
@@ -117,6 +115,28 @@ def test_meshes_without_thickness_get_some(name: str, tmp_path: Path) -> None:
         hull = trimesh.convex.convex_hull(piece)
         (again,) = mesh_hull(raw(hull.vertices, hull.faces, tmp_path), 1.0).pieces
         assert farthest_outside(piece, [again]) < 1e-12
+
+
+@pytest.mark.parametrize(("line", "where"), [((1.0, 0.0, 0.0), "on one line"), ((0.0, 0.0, 0.0), "at one point")])
+@pytest.mark.parametrize("suffix", ["obj", "stl"])
+def test_a_mesh_without_a_surface_is_refused(
+    line: tuple[float, ...], where: str, suffix: str, tmp_path: Path, rng: np.random.Generator
+) -> None:
+    ball = trimesh.creation.icosphere(2, 0.1)
+    vertices = ball.vertices * line @ trimesh.transformations.random_rotation_matrix(rng.random(3))[:3, :3] + 0.3
+    file = written(trimesh.Trimesh(vertices, ball.faces, process=False), tmp_path, f"mesh.{suffix}")
+    for bodies in (mesh_hull, mesh_pieces):
+        with pytest.raises(ValueError, match=f"has a surface: all its vertices are {where}"):
+            bodies(file, 1.0)
+
+
+@pytest.mark.parametrize("junk", [np.zeros((5, 3)), np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0.0]])])
+def test_kept_bodies_that_are_flat_are_made_anew(junk: Points, cache: Path, tmp_path: Path) -> None:
+    file = written(capsule(), tmp_path)
+    first = mesh_hull(file, 1.0)
+    (kept,) = cache.iterdir()
+    np.savez(kept, np.array([[0.0, 1.0, 0.0]]), junk)
+    np.testing.assert_array_equal(mesh_hull(file, 1.0).pieces[0], first.pieces[0])
 
 
 def test_open_degenerate_and_scattered_meshes_have_a_hull(tmp_path: Path) -> None:

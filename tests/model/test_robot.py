@@ -15,6 +15,7 @@ import coal
 import numpy as np
 import pinocchio as pin
 import pytest
+import trimesh
 from conftest import LINKS, ROOT, assert_gradient, plan, random_q
 
 from humanoid_rail import (
@@ -208,6 +209,15 @@ ARM = f"""<robot name="r"><link name="a"/><link name="b"/><link name="c"/><link 
   <transmission name="t"><joint name="two"/></transmission></robot>"""
 MESH = "link f.collision[0].geometry"
 TIP = [Hand("tip", "f", ("one", "four", "five"))]
+
+
+def test_meshes_of_another_unit_are_warned_of(tmp_path: Path) -> None:
+    file = tmp_path / "ball.stl"
+    trimesh.creation.icosphere(1, 100.0).export(file)
+    for scale, said in (("1 1 1", "200 m large.*scale 0.001"), ("1e-6 1e-6 1e-6", "0.0002 m large.*scale 1")):
+        mesh = f'<mesh filename="{file}" scale="{scale}"/>'
+        with pytest.warns(UserWarning, match=rf"ball\.stl is {said}"):
+            robot_from_urdf(ARM.replace('<sphere radius="0.1"/>', mesh), None, TIP)
 
 
 def test_any_robot_with_a_linear_coupling(rng: np.random.Generator) -> None:
