@@ -216,8 +216,9 @@ def test_meshes_of_another_unit_are_warned_of(tmp_path: Path) -> None:
     trimesh.creation.icosphere(1, 100.0).export(file)
     for scale, said in (("1 1 1", "200 m large.*scale 0.001"), ("1e-6 1e-6 1e-6", "0.0002 m large.*scale 1")):
         mesh = f'<mesh filename="{file}" scale="{scale}"/>'
+        urdf = ARM.replace('<sphere radius="0.1"/>', mesh)
         with pytest.warns(UserWarning, match=rf"ball\.stl is {said}"):
-            robot_from_urdf(ARM.replace('<sphere radius="0.1"/>', mesh), None, TIP)
+            load_robot(urdf, hands={"tip": {"frame": "f", "arm": TIP[0].arm}})
 
 
 def test_any_robot_with_a_linear_coupling(rng: np.random.Generator) -> None:
