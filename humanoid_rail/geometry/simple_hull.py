@@ -53,13 +53,21 @@ class _Hull:
         self.normals: Array = np.ascontiguousarray(planes[np.sort(first), :3])
         self.offsets: Array = np.ascontiguousarray(-planes[np.sort(first), 3])
 
-    def distances(self, points: Array, inside: Array) -> Array:
-        """Return how far points (k, 3) are outside, given others (k, 3) that are inside: no more than to these."""
-        found = np.zeros(len(points))
-        in_front = points @ self.normals.T - self.offsets
-        for i in np.flatnonzero(in_front.max(axis=1) > 0.0):
-            near = self._nearest(points[i], in_front[i])
-            found[i] = np.linalg.norm(points[i] - (inside[i] if near is None else near))
+    def distances(self, points: Array, inside: Array, enough: float) -> Array:
+        """Return how far points (k, 3) are outside at most, m.
+
+        Args:
+            points: In m.
+            inside: Points (k, 3) of the hull. No distance is more than that to these.
+            enough: Where this distance is no more than this, it is not looked for a nearer point, m.
+        """
+        found = np.linalg.norm(points - inside, axis=1)
+        far = np.flatnonzero(found > enough)
+        for i, in_front in zip(far, points[far] @ self.normals.T - self.offsets, strict=True):
+            if in_front.max() <= 0.0:
+                found[i] = 0.0
+            elif (near := self._nearest(points[i], in_front)) is not None:
+                found[i] = np.linalg.norm(points[i] - near)
         return found
 
     def _nearest(self, point: Array, in_front: Array) -> Array | None:
@@ -108,16 +116,17 @@ def simple_hull(points: Array, most_swelling: float) -> SimpleHull:
     taken: Indices = np.unique((corners @ directions.T).argmax(axis=0))
     while True:
         moved, pushed_by = _moved_out(corners, taken)
-        swellings = hull.distances(moved, corners[taken])
+        swellings = hull.distances(moved, corners[taken], most_swelling)
         room = MOST_VERTICES - len(taken)
         more = _more(swellings, pushed_by, taken, most_swelling)[: max(room, 0)]
         if not more.size:
             break
         taken = np.union1d(taken, more)
-    if float(swellings.max()) == 0.0:  # nothing was left out
+    swelling = float(hull.distances(moved, corners[taken], 0.0).max())
+    if swelling == 0.0:  # nothing was left out
         return SimpleHull(points, 0.0)
     simple = moved[np.sort(ConvexHull(moved).vertices)] + middle
-    return SimpleHull(np.unique(simple, axis=0), float(swellings.max()) + MEASURED_TO)
+    return SimpleHull(np.unique(simple, axis=0), swelling + MEASURED_TO)
 
 
 def nearest_behind(point: Array, normals: Array, offsets: Array) -> Array | None:

@@ -15,8 +15,9 @@ from scipy.spatial import ConvexHull
 from humanoid_rail.geometry import mesh_bodies
 from humanoid_rail.geometry.coverage import farthest_outside
 from humanoid_rail.geometry.mesh_bodies import MOST_SWELLING, THICKENED, mesh_hull, mesh_pieces
-from humanoid_rail.geometry.mesh_cells import divided, enclosed_volume, in_order
 from humanoid_rail.geometry.mesh_files import Triangles
+from humanoid_rail.geometry.ordered_mesh import enclosed_volume, in_order
+from humanoid_rail.geometry.plane_cuts import plane_cuts
 
 Points = NDArray[np.float64]
 
@@ -194,7 +195,6 @@ def test_pieces_contain_every_triangle(is_open: bool, tmp_path: Path, rng: np.ra
     mesh = ell()
     file = raw(mesh.vertices, mesh.faces[2:] if is_open else mesh.faces, tmp_path)
     bodies = mesh_pieces(file, 0.5)
-    assert not bodies.uncut
     assert 1 < len(bodies.pieces) <= 30
     assert bodies.hull_share == (1.0 if is_open else pytest.approx(mesh.volume / mesh.convex_hull.volume))
     assert sum(ConvexHull(piece).volume for piece in bodies.pieces) < 0.8 * mesh.convex_hull.volume / 8.0
@@ -204,24 +204,19 @@ def test_pieces_contain_every_triangle(is_open: bool, tmp_path: Path, rng: np.ra
     assert farthest_outside(0.5 * points, bodies.pieces) < 1e-9
 
 
-def test_what_cannot_be_cut_is_its_hull_and_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fails(*_: object) -> None:
-        raise ValueError("a mesh that can be cut")
-
-    mesh = ell()
-    file = raw(mesh.vertices, mesh.faces, tmp_path)
-    monkeypatch.setattr(mesh_bodies, "decompose", fails)
-    bodies = mesh_pieces(file, 1.0)
-    assert bodies.uncut == "a mesh that can be cut"
-    np.testing.assert_array_equal(bodies.pieces[0], mesh_hull(file, 1.0).pieces[0])
+def test_pieces_of_a_solid_contain_its_inside_and_follow_its_hollow(rng: np.random.Generator) -> None:
+    torus = trimesh.creation.torus(0.3, 0.08, 48, 24)
+    torus.apply_transform(trimesh.transformations.rotation_matrix(0.7, (1, 2, 3), (0.1, 0, 0.4)))
+    sets = plane_cuts(in_order(Triangles(torus.vertices, torus.faces)))
+    points = rng.uniform(*torus.bounds, (3000, 3))
+    assert farthest_outside(points[torus.contains(points)], sets) < 1e-9
+    assert sum(ConvexHull(part).volume for part in sets) < 0.65 * torus.convex_hull.volume
+    assert farthest_outside(torus.centroid[None], sets) > 0.1
 
 
-def test_divided_triangles_are_small_and_the_same_surface() -> None:
+def test_volumes_are_those_of_closed_meshes_alone() -> None:
     box = trimesh.creation.box((1.0, 2.0, 3.0))
     mesh = in_order(Triangles(box.vertices, box.faces))
-    fine = divided(mesh, 0.3)
-    assert np.linalg.norm(fine.corners - np.roll(fine.corners, 1, axis=1), axis=2).max() <= 0.3
-    assert trimesh.Trimesh(*fine, process=False).area == pytest.approx(box.area)
     assert enclosed_volume(mesh) == pytest.approx(6.0)
     assert enclosed_volume(mesh._replace(faces=mesh.faces[1:])) is None
 
