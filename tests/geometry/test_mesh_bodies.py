@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ from humanoid_rail.geometry.mesh_bodies import MOST_SWELLING, THICKENED, mesh_hu
 from humanoid_rail.geometry.mesh_files import Triangles
 from humanoid_rail.geometry.ordered_mesh import enclosed_volume, in_order
 from humanoid_rail.geometry.plane_cuts import plane_cuts
+from humanoid_rail.geometry.simple_hull import simple_hull
 
 Points = NDArray[np.float64]
 
@@ -80,6 +82,23 @@ def test_hulls_contain_the_mesh_and_swell_as_they_say(shape: str, tmp_path: Path
     assert 0.0 < swelling <= min(MOST_SWELLING, 0.01 * float(np.ptp(mesh.vertices, axis=0).max())) + 2e-9
     hull = mesh.vertices[ConvexHull(mesh.vertices).vertices]
     assert swelling == pytest.approx(max(distance_by_weights(p, hull) for p in piece), abs=2e-6)
+
+
+def test_dense_meshes_take_memory_by_their_vertices(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A ball of 10242 vertices: all on the hull, whose swelling is known from the radii in and around it."""
+    monkeypatch.setattr("humanoid_rail.geometry.simple_hull.NUMBERS", 2**18)
+    ball = trimesh.creation.icosphere(5, 0.1)
+    inner = float(np.einsum("fx,fx->f", ball.face_normals, ball.triangles[:, 0]).min())
+    tracemalloc.start()
+    hull = simple_hull(np.array(ball.vertices), MOST_SWELLING)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 3000 * len(ball.vertices)  # bytes; a matrix of vertices by planes takes 3600 for each
+    assert len(hull.vertices) < 300
+    planes = ConvexHull(hull.vertices).equations
+    assert (ball.vertices @ planes[:, :3].T + planes[:, 3]).max() < 1e-12
+    outer = float(np.linalg.norm(hull.vertices, axis=1).max())
+    assert outer - 0.1 - 1e-9 <= hull.swelling <= min(outer - inner + 2e-9, MOST_SWELLING + 2e-9)
 
 
 def test_the_order_in_the_file_does_not_matter(tmp_path: Path, rng: np.random.Generator) -> None:
