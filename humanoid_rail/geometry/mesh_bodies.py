@@ -59,8 +59,8 @@ def mesh_hull(file: str | Path, scale: float | Sequence[float] | Array) -> MeshB
     result depends neither on the order of vertices nor on that of triangles, and is kept in the user's cache folder.
 
     Args:
-        file: Path of a mesh, in any format that trimesh and assimp read. The unit of COLLADA files counts, their up axis does
-            not, as everywhere in ROS.
+        file: Path of a mesh, in any format that trimesh and assimp read. The unit of COLLADA files counts, their up
+            axis does not, as everywhere in ROS.
         scale: A factor or those along the axes of the file. Negative ones mirror it.
 
     Raises:
