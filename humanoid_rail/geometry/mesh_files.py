@@ -69,7 +69,7 @@ def read_triangles(file: str, z_up: bool = True) -> Triangles:
     placed = [_placed(scene, node) for node in scene.graph.nodes_geometry]
     placed = [part for part in placed if len(part.faces)]
     if not placed:
-        raise ValueError("a file that holds a triangle mesh")
+        raise ValueError("a file in which trimesh finds a triangle mesh; write it again as a binary STL file")
     begins = np.cumsum([0, *(len(part.vertices) for part in placed)])
     vertices = np.vstack([part.vertices for part in placed])
     faces = np.vstack([part.faces + begin for part, begin in zip(placed, begins[:-1], strict=True)])
