@@ -48,7 +48,7 @@ def _extremes(t: Array, q: Array, velocity: Array | None) -> Array:
 
 
 def _with_all_far_parts(robot: Robot) -> tuple[Robot, Array]:
-    """Return a robot with the far parts that its limits keep apart as bodies, and whose joints (nq,) those limits are."""
+    """Return a robot with the far parts that its limits keep apart as bodies, and which joints (nq,) these limits have."""
     bodies = robot.collision_model.copy()
     pairs, left_out = list(robot.self_collision_pairs), list[UncheckedPair]()
     matters = np.zeros(robot.model.nq, bool)
@@ -66,5 +66,7 @@ def _parts_of(robot: Robot, pair: UncheckedPair) -> list[FarParts]:
     """Return the far parts of two links that cannot meet within the limits, of each two of their bodies."""
     bodies = [body.copy() for body in robot.collision_model.geometryObjects]
     names = robot.link_names
-    one, other = ([b for b, name in zip(bodies, names, strict=True) if name == link] for link in (pair.link, pair.other))
+    one, other = (
+        [b for b, name in zip(bodies, names, strict=True) if name == link] for link in (pair.link, pair.other)
+    )
     return [parts for a in one for b in other if (parts := far_parts(robot.model, a, b)) is not None]

@@ -134,6 +134,8 @@ def _result(
             certification_time=certified - computed,
             c_mu=method.gains.c_mu_of(robot),
         ),
+        robot=robot,
+        scene=scene,
     )
 
 

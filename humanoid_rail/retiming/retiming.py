@@ -154,6 +154,8 @@ def _result(
             path=path_quality(robot, *(motion.q[a : b + 1] for a, b in pairwise([0, *motion.ends]))),
             certification_time=motion.certification_time,
         ),
+        robot=robot,
+        scene=scene,
     )
 
 
