@@ -17,7 +17,7 @@ SAME_TIME = 1e-6
 
 
 def evaluate(motion: Motion, t: Array) -> tuple[Array, Array, Array]:
-    """Return positions, velocities and accelerations (M, n) at times (M,) in s; outside of the motion those of its ends.
+    """Return positions, velocities and accelerations (M, n) at times (M,) in s; beyond its ends those there.
 
     At the motion's own samples the positions are those of the samples, to the last bit. Where a motion that was not
     retimed turns, its velocity is that of what follows, and its acceleration is 0 elsewhere.

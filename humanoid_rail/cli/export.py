@@ -18,8 +18,8 @@ from humanoid_rail.resampling import is_evenly_spaced
 from humanoid_rail.result import Status
 
 UNEVEN = (
-    "the samples are not evenly spaced: those of the plan are kept between the ones asked for, as without them it would "
-    "be another motion. A rate that is a multiple of the plan's gives even ones; so does retime(dt=...)."
+    "the samples are not evenly spaced: those of the plan are kept between the ones asked for, as without them it "
+    "would be another motion. A rate that is a multiple of the plan's gives even ones; so does retime(dt=...)."
 )
 """This is said of a rate that does not go with the samples of a plan."""
 

@@ -18,7 +18,7 @@ _NUMPYS = ("file", "allow_pickle")
 
 
 def csv_bytes(trajectory: Trajectory) -> bytes:
-    """Return what `trajectory.csv` holds: times, joints, hands; of a retimed motion velocities and accelerations too."""
+    """Return what `trajectory.csv` holds: times, joints, hands, and the timing of a retimed motion."""
     text = StringIO()
     writer = csv.writer(text, lineterminator="\n")
     header = ["t", *trajectory.joint_names, *(f"{hand}_{axis}" for hand in trajectory.hand_names for axis in "xyz")]

@@ -48,7 +48,7 @@ def _extremes(t: Array, q: Array, velocity: Array | None) -> Array:
 
 
 def _with_all_far_parts(robot: Robot) -> tuple[Robot, Array]:
-    """Return a robot with the far parts that its limits keep apart as bodies, and which joints (nq,) these limits have."""
+    """Return a robot with the far parts that its limits keep apart as bodies, and whose limits (nq,) those are."""
     bodies = robot.collision_model.copy()
     pairs, left_out = list(robot.self_collision_pairs), list[UncheckedPair]()
     matters = np.zeros(robot.model.nq, bool)

@@ -29,12 +29,9 @@ def bad(scene: Scene) -> Scene:
 
 
 def same(a: object, b: Trajectory) -> bool:
-    return (
-        isinstance(a, Trajectory)
-        and a.provenance.scene == b.provenance.scene
-        and np.array_equal(a.q, b.q)
-        and a.method == b.method
-    )
+    if not isinstance(a, Trajectory) or a.provenance.scene != b.provenance.scene:
+        return False
+    return np.array_equal(a.q, b.q) and a.method == b.method
 
 
 @pytest.mark.parametrize("n_jobs", [1, 2])
