@@ -20,11 +20,12 @@ from humanoid_rail.model.hands import FoundHand, arm_of, find_hands, moving_befo
 from humanoid_rail.model.pairs import choose_pairs
 from humanoid_rail.model.postures import configuration, named_postures, starts
 from humanoid_rail.model.robot import Hand, Robot
-from humanoid_rail.model.robot_file import RobotFile
+from humanoid_rail.model.robot_file import FULL_TURN, RobotFile
 from humanoid_rail.model.sources import SUFFIXES, Source, find_source, package_root
 from humanoid_rail.model.urdf import Urdf, read_urdf
 from humanoid_rail.model.urdf_changes import Changes, changed_urdf, resting_place
 from humanoid_rail.model.urdf_elements import parse_xml
+from humanoid_rail.model.urdf_joint import Joint
 from humanoid_rail.model.urdf_link import MeshFile
 
 _PACKAGE = re.compile(r"([\w.-]+?)\s*(?:(==|>=|~=)\s*([\w.]+))?")
@@ -160,7 +161,7 @@ def _locked(file: RobotFile, urdf: Urdf, frames: Sequence[str]) -> dict[str, flo
         """Return where a joint stands; None if it moves."""
         joint = urdf.joints[name]
         if name in file.locked:
-            return file.locked[name]
+            return _checked_place(joint, file.locked[name])
         if joint.mimic is not None:
             leader = place(joint.mimic.joint)
             return None if leader is None else joint.mimic.multiplier * leader + joint.mimic.offset
@@ -170,6 +171,18 @@ def _locked(file: RobotFile, urdf: Urdf, frames: Sequence[str]) -> dict[str, flo
         if joint.kind != "fixed" and (at := place(name)) is not None:
             locked[name] = at
     return locked
+
+
+def _checked_place(joint: Joint, place: float) -> float:
+    """Return where a joint is locked, m or rad.
+
+    Raises:
+        InvalidInput: If it is an angle beyond a full turn, where none is needed.
+    """
+    if joint.kind != "prismatic" and abs(place) > FULL_TURN:
+        valid = f"rad, within a full turn of 0; {place:g} degrees would be {np.radians(place):.6g}"
+        raise InvalidInput(f"locked.{joint.name}", place, valid)
+    return place
 
 
 def _resting(file: RobotFile, locked: Mapping[str, float]) -> Iterator[str]:

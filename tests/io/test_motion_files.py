@@ -67,7 +67,7 @@ def test_followers_have_to_follow(motion: Trajectory, robot: Robot, free: Scene,
     column = message["joint_names"].index("chest_level_waist")
     message["points"][3]["positions"][column] += 0.01
     path.write_text(json.dumps({"trajectory": message}))
-    with pytest.raises(InvalidInput, match="chest_level_waist.*row 3: it follows other joints"):
+    with pytest.raises(InvalidInput, match=r"chest_level_waist.*row 3: it follows other joints"):
         read_motion(path, robot)
 
 
