@@ -61,5 +61,5 @@ def check_units(values: Mapping[str, float], given: Mapping[str, float]) -> None
 
 def _check(name: str, value: float, most: float, unit: str, other: str, factor: float) -> None:
     if abs(value) > most:
-        valid = f"from {-most:.6g} to {most:.6g} {unit}; {value:g} {other} would be {factor * value:.6g}"
+        valid = f"at most {most:.6g} in size, {unit}; {value:g} {other} would be {factor * value:.6g}"
         raise InvalidInput(name, value, valid)

@@ -1,4 +1,4 @@
-"""Wrong units are loud: what cannot be meant is refused, what may be one is warned of, and robots of any scale are not."""
+"""Wrong units are loud: what can only be one is refused, what may be one is warned of; robots of any scale are fine."""
 
 from __future__ import annotations
 
@@ -15,10 +15,13 @@ NEAR = {"left": (-1.6, 0.6, 3.4), "right": (-1.6, 2.2, 3.4)}
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        ({"elbow_upper": 90}, "elbow_upper is 90.0; valid: from -6.28319 to 6.28319 rad; 90 degrees would be 1.5708"),
+        ({"elbow_upper": 90}, "elbow_upper is 90.0; valid: at most 6.28319 in size, rad; 90 degrees would be 1.5708"),
         ({"beta": 60}, "60 degrees would be 1.0472"),
         ({"waist_yaw_lower": -180.0}, "-180 degrees would be -3.14159"),
-        ({"l_l3": 800}, "l_l3 is 800.0; valid: from -100 to 100 m, as other links are about as long; 800 millimetres"),
+        (
+            {"l_l3": 800},
+            "l_l3 is 800.0; valid: at most 100 in size, m, as other links are about as long; 800 millimetres",
+        ),
         ({"link_radius": 50}, "50 millimetres would be 0.05"),
         ({"rail_upper": 9000}, "9000 millimetres would be 9"),
     ],
@@ -98,7 +101,8 @@ _CAPSULE = (
 TWO_JOINTS = (
     '<robot name="arm"><link name="b"/>'
     + "".join(
-        f'<link name="l{i}">{_CAPSULE}</link><joint name="j{i}" type="revolute"><parent link="{"b" if i == 0 else f"l{i - 1}"}"/>'
+        f'<link name="l{i}">{_CAPSULE}</link><joint name="j{i}" type="revolute">'
+        f'<parent link="{f"l{i - 1}" if i else "b"}"/>'
         f'<child link="l{i}"/><origin xyz="0.3 0 0"/><axis xyz="0 0 1"/>'
         '<limit lower="-1" upper="1" velocity="1" effort="1"/></joint>'
         for i in range(4)
