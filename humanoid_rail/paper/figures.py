@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, MultipleLocator, NullFormatter, PercentFormatter, StrMethodFormatter
 
 from humanoid_rail._arrays import Array
@@ -23,6 +24,10 @@ from humanoid_rail.viewer.colours import hand_colour
 TORSO, OBSTACLE = "#3b4252", "#d6453d"
 LINES = (*(f"#{hand_colour(i):06x}" for i in range(4)), "#5b6470")
 HANDS = LINES[:2]
+DASHED = (0, (2, 0.6))
+AT_ENDS: dict[str, Any] = {"linewidth": 3.2, "markersize": 3}
+BETWEEN: dict[str, Any] = {"linewidth": 1.4, "markersize": 1.5, "alpha": 0.22}
+OUTLINE: dict[str, Any] = {"edgecolor": "black", "linewidth": 0.6}
 
 
 def motion_figure(robot: Robot, scene: Scene, trajectory: Trajectory, title: str) -> Figure:
@@ -30,34 +35,50 @@ def motion_figure(robot: Robot, scene: Scene, trajectory: Trajectory, title: str
 
     Obstacles other than spheres are left out.
     """
-    figure = Figure(figsize=(7.5, 6.5), layout="constrained")
-    axes: Any = figure.add_subplot(projection="3d", computed_zorder=False)
+    figure = Figure(figsize=(7.5, 6.5))
+    # Room at the left for the label of z: layouts of matplotlib do not know of labels in space.
+    axes: Any = figure.add_axes((0.06, 0.0, 0.94, 0.94), projection="3d", computed_zorder=False)
     kinematics = Kinematics(robot)
     times = np.linspace(0.0, trajectory.duration, 7)
     for k, t in enumerate(times):
         at_end = k in (0, len(times) - 1)
         for name, bone in zip(robot.link_names, kinematics.bones(trajectory.configuration(t)), strict=True):
             colour = HANDS[0] if name.startswith("left") else HANDS[1] if name.startswith("right") else TORSO
-            style = (
-                {"linewidth": 3.2, "markersize": 3} if at_end else {"linewidth": 1.4, "markersize": 1.5, "alpha": 0.22}
-            )
-            axes.plot(*bone.T, color=colour, marker="o", linestyle="-" if k else (0, (2, 0.6)), **style)
+            style = AT_ENDS if at_end else BETWEEN
+            axes.plot(*bone.T, color=colour, marker="o", linestyle="-" if k else DASHED, **style)
     for hand, colour, name in zip(np.moveaxis(trajectory.hands, 1, 0), HANDS, trajectory.hand_names, strict=False):
-        axes.plot(*hand.T, color=colour, linewidth=1.0, label=f"{name} hand")
+        axes.plot(*hand.T, color=colour, linewidth=1.0)
         for step in scene.steps:
             if (target := step[name]) is not None:
-                axes.scatter(*position(target), color=colour, marker="*", s=140, edgecolor="black", linewidth=0.6)
+                axes.scatter(*position(target), color=colour, marker="*", s=140, **OUTLINE)
     for obstacle in scene.obstacles:
         if isinstance(obstacle, Sphere):
             axes.plot_surface(*_sphere(obstacle), color=OBSTACLE, alpha=0.6, linewidth=0, shade=False)
     axes.set(title=title, xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
     low, high = np.array(axes.get_w_lims()).reshape(3, 2).T
-    axes.set_box_aspect(high - low, zoom=1.2)
+    axes.set_box_aspect(high - low, zoom=1.12)
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.set_major_locator(MultipleLocator(1.0))
     axes.view_init(elev=22, azim=-152)
-    axes.legend(loc="upper right", frameon=False)
+    figure.legend(handles=_signs(trajectory.hand_names), loc="upper right", frameon=False, fontsize=9)
     return figure
+
+
+def _signs(hand_names: Sequence[str]) -> list[Line2D]:
+    """Return what the lines and marks of a picture of a motion mean."""
+    hands = [
+        Line2D([], [], color=colour, linewidth=3.2, label=f"{name} arm")
+        for name, colour in zip(hand_names, HANDS, strict=False)
+    ]
+    return [
+        *hands,
+        Line2D([], [], color=TORSO, linestyle=DASHED, label="start", **AT_ENDS),
+        Line2D([], [], color=TORSO, label="end", **AT_ENDS),
+        Line2D([], [], color=TORSO, label="between", **BETWEEN),
+        Line2D([], [], color=TORSO, linewidth=1.0, label="way of a hand"),
+        Line2D([], [], color="white", marker="*", markersize=12, markeredgecolor="black", label="target", linewidth=0),
+        Line2D([], [], color=OBSTACLE, marker="o", markersize=9, alpha=0.6, linewidth=0, label="obstacle"),
+    ]
 
 
 def clearance_figure(trajectory: Trajectory, title: str) -> Figure:

@@ -20,7 +20,7 @@ NEAR = {"left": (-1.6, 0.6, 3.4), "right": (-1.6, 2.2, 3.4)}
         ({"waist_yaw_lower": -180.0}, "-180 degrees would be -3.14159"),
         (
             {"l_l3": 800},
-            "l_l3 is 800.0; valid: at most 100 in size, m, as other links are about as long; 800 millimetres",
+            "at most 100 in size, m, as other links are about as long; 800 millimetres would be 0.8",
         ),
         ({"link_radius": 50}, "50 millimetres would be 0.05"),
         ({"rail_upper": 9000}, "9000 millimetres would be 9"),
