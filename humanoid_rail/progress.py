@@ -37,7 +37,8 @@ def progress(what: str) -> Iterator[None]:
     finally:
         timer.cancel()
         timer.join()  # it may be starting the display right now
-        bar.stop()
+        if bar.live.is_started:
+            bar.stop()
 
 
 @contextmanager

@@ -54,7 +54,9 @@ def motion_figure(robot: Robot, scene: Scene, trajectory: Trajectory, title: str
     for obstacle in scene.obstacles:
         if isinstance(obstacle, Sphere):
             axes.plot_surface(*_sphere(obstacle), color=OBSTACLE, alpha=0.6, linewidth=0, shade=False)
-    axes.set(title=title, xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
+    axes.zaxis.set_rotate_label(False)
+    axes.set(title=title, xlabel="x [m]", ylabel="y [m]")
+    axes.set_zlabel("z [m]", rotation=90)
     low, high = np.array(axes.get_w_lims()).reshape(3, 2).T
     axes.set_box_aspect(high - low, zoom=1.12)
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
@@ -66,10 +68,8 @@ def motion_figure(robot: Robot, scene: Scene, trajectory: Trajectory, title: str
 
 def _signs(hand_names: Sequence[str]) -> list[Line2D]:
     """Return what the lines and marks of a picture of a motion mean."""
-    hands = [
-        Line2D([], [], color=colour, linewidth=3.2, label=f"{name} arm")
-        for name, colour in zip(hand_names, HANDS, strict=False)
-    ]
+    named = zip(hand_names, HANDS, strict=False)
+    hands = [Line2D([], [], color=colour, linewidth=3.2, label=f"{name} arm") for name, colour in named]
     return [
         *hands,
         Line2D([], [], color=TORSO, linestyle=DASHED, label="start", **AT_ENDS),
