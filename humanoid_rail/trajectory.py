@@ -201,6 +201,18 @@ class Trajectory:
         there: Array = q[0]
         return there
 
+    def planned_for(self, robot: Robot | None = None, scene: Scene | None = None) -> tuple[Robot, Scene]:
+        """Return the robot and the scene it was planned for, or those that are given instead.
+
+        Raises:
+            InvalidInput: If one is neither given nor known.
+        """
+        robot, scene = robot if robot is not None else self.robot, scene if scene is not None else self.scene
+        if robot is None or scene is None:
+            valid = "given, or known as in what plan() returns and in read_plan(folder).trajectory"
+            raise InvalidInput("trajectory.robot" if robot is None else "trajectory.scene", MISSING, valid)
+        return robot, scene
+
     def resample(self, dt: float) -> Trajectory:
         """Return the same motion with a sample every dt in s, and at the samples that it has.
 
@@ -215,15 +227,13 @@ class Trajectory:
             InvalidInput: If dt is no number greater than 0 or so small that there are more than a million samples, or
                 the trajectory does not know its robot and scene.
         """
-        if self.robot is None or self.scene is None:
-            valid = "known, as in what plan() returns and in read_plan(folder).trajectory"
-            raise InvalidInput("trajectory.robot" if self.robot is None else "trajectory.scene", MISSING, valid)
+        robot, scene = self.planned_for()
         motion, own = resampled(self.motion, dt)
         engine = Kinematics if why_no_engine() else NativeKinematics
         horizon = np.inf if self.method.far_clearances else self.method.epsilon
         parts = {name: getattr(self.samples, name) for name in ("hands", "clearance", "manipulability")}
         if not own.all():
-            course = engine(self.robot, self.scene.obstacles).along(motion.q[~own], horizon, motion.t[~own])
+            course = engine(robot, scene.obstacles).along(motion.q[~own], horizon, motion.t[~own])
             for name, known in parts.items():
                 every = np.empty((len(own), *known.shape[1:]))
                 every[own], every[~own] = known, getattr(course, name)
