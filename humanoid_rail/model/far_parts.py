@@ -150,10 +150,7 @@ def _measured(model: pin.Model, data: pin.Data, parts: FarParts, q: Array) -> tu
 def _separation(model: pin.Model, data: pin.Data, parts: FarParts, q: Array) -> float:
     """Return a lower bound of the distance of the parts, m: that of two planes between them, whatever their normal."""
     _, normal, places = _measured(model, data, parts, q)
-    length = float(np.linalg.norm(normal))
-    if not length > 0.0:
-        return -np.inf
-    normal /= length
+    normal /= float(np.linalg.norm(normal)) or 1.0  # it is 0 of axes that cross, where the bound is none
     extents = [
         _extent(body.geometry, place.rotation.T @ normal)
         for body, place in zip((parts.first, parts.second), places, strict=True)
