@@ -24,8 +24,9 @@ from humanoid_rail.model import cache
 from humanoid_rail.model.building import Mechanism
 from humanoid_rail.model.collision_bodies import Pieces, collision_bodies
 from humanoid_rail.model.found_pairs import FoundPairs, find_pairs, possible_pairs
+from humanoid_rail.model.free_start import free_start
 from humanoid_rail.model.robot_file import RobotFile
-from humanoid_rail.model.survey import NEAR, Survey, meshes_touch, random_postures, survey
+from humanoid_rail.model.survey import Survey, meshes_touch, random_postures, survey
 from humanoid_rail.model.urdf import Urdf
 from humanoid_rail.model.urdf_link import MeshFile, UrdfBody
 
@@ -35,8 +36,6 @@ LEAST_LOST = 0.02
 """Meshes are decomposed until no more than this share is lost."""
 MOST_DECOMPOSED = 6
 """No more meshes than this are decomposed."""
-ROOM = 0.01
-"""A start is free if nothing that is checked is nearer than this, m."""
 
 LARGE = 10.0
 """A mesh of a robot that is larger than this is probably not in metres, m."""
@@ -81,7 +80,7 @@ def examine(
     pieces = {where: _pieces(body, meshes, where in known["decomposed"]) for where, body in bodies.items()}
     pairs = FoundPairs(
         {frozenset((a, b)): why for a, b, why in known["left_out"]},
-        {frozenset((a, b)): distance for a, b, distance in known["distances"]},
+        {(i, j): distance for i, j, distance in known["distances"]},
     )
     made = collision_bodies(mechanism.model, urdf, pieces)
     return Examined(made, pairs, np.array(known["start"]), tuple(known["found"]))
@@ -153,7 +152,7 @@ def _look(
         if share <= enough or worst is None or len(decomposed) >= MOST_DECOMPOSED:
             break
         decomposed = [*decomposed, worst]
-    start, why = _start(mechanism, bodies, pairs, starts, is_given=file.initial is not None)
+    start, why = free_start(mechanism, bodies, pairs, starts, is_given=file.initial is not None)
     found = [] if file.initial is not None else [f"Motions start at {why}."]
     if lost:
         found.append(
@@ -168,7 +167,7 @@ def _data(decomposed: Sequence[str], pairs: FoundPairs, start: Array, found: Seq
     return {
         "decomposed": list(decomposed),
         "left_out": [[*sorted(pair), why] for pair, why in pairs.left_out.items()],
-        "distances": [[*sorted(pair), distance] for pair, distance in pairs.distances.items()],
+        "distances": [[*pair, distance] for pair, distance in pairs.distances.items()],
         "start": start.tolist(),
         "found": list(found),
     }
@@ -244,31 +243,3 @@ def _sources(urdf: Urdf, bodies: pin.GeometryModel, links: Sequence[str]) -> lis
         number = body.name.removeprefix(f"{link}_").partition("_")[0]
         found.append(urdf.links[link].collisions[int(number)])
     return found
-
-
-def _start(
-    mechanism: Mechanism,
-    bodies: pin.GeometryModel,
-    pairs: FoundPairs,
-    starts: Sequence[tuple[str, Array]],
-    is_given: bool,
-) -> tuple[Array, str]:
-    """Return the first place at which nothing that is checked touches, and what it is called.
-
-    Raises:
-        InvalidInput: If the place that is given is none, or nothing is.
-    """
-    links = [mechanism.model.frames[body.parentFrame].name for body in bodies.geometryObjects]
-    checked = [(i, j) for i, j in possible_pairs(bodies) if frozenset((links[i], links[j])) not in pairs.left_out]
-    room = np.array([pairs.distances.get(frozenset((links[i], links[j])), ROOM) for i, j in checked])
-    random = random_postures(mechanism.limits.lower, mechanism.limits.upper)
-    places = [*starts, *([] if is_given else [("a random posture, the first that is free", q) for q in random])]
-    touching = ""
-    for why, q in places:
-        seen = survey(mechanism.model, bodies, checked, q[None], mechanism.full_configuration)
-        apart = np.where(np.isinf(seen.distances[0]), NEAR, seen.distances[0])
-        if is_given or (apart > room).all():
-            return q, why
-        touching = touching or " and ".join(links[index] for index in checked[int(np.argmin(apart - room))])
-    valid = f"one at which nothing touches, by initial=...; at {places[0][0]} it is {touching}"
-    raise InvalidInput("initial", "not given", valid)
