@@ -82,7 +82,7 @@ def robot_of(file: RobotFile, folder: Path) -> Robot:
             *examined.found,
         ),
     )
-    _warn_of_links(robot)
+    _warn_of_links(robot, mechanism.urdf)
     return robot
 
 
@@ -117,7 +117,7 @@ def _path_or_text(said: str | None, root: Path) -> str | Path | None:
     """Return a path, unless what a robot file says is a text or the name of a robot."""
     if said is None or "<" in said:
         return said
-    is_file = Path(said).suffix in (*SUFFIXES, ".srdf") or (root / said).is_file()
+    is_file = (Path(said).suffix in (*SUFFIXES, ".srdf") and ":" not in said) or (root / said).is_file()
     return root / said if is_file else said
 
 
@@ -250,10 +250,10 @@ def _meshes(urdf: Urdf, source: Source) -> dict[str, Path]:
     return found
 
 
-def _warn_of_links(robot: Robot) -> None:
+def _warn_of_links(robot: Robot, urdf: Urdf) -> None:
     """Warn of links that are seen and have no body, as nothing is known of what they touch."""
-    seen = {name for name, link in read_urdf(robot.urdf).links.items() if link.visuals}
-    if bare := [name for name in robot.links_without_body if name in seen]:
+    bodied = set(robot.link_names)
+    if bare := [name for name, link in urdf.links.items() if link.visuals and name not in bodied]:
         warnings.warn(f"no collision body: {', '.join(bare)}; nothing is known of what they touch", stacklevel=2)
     for hand in robot.hands:
         joint = robot.model.frames[robot.model.getFrameId(hand.frame)].parentJoint
