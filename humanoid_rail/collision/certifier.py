@@ -16,6 +16,7 @@ from humanoid_rail._arrays import Array
 from humanoid_rail._native import engine
 from humanoid_rail.collision.certificate import Certificate, Contact
 from humanoid_rail.errors import InvalidInput
+from humanoid_rail.model.beyond_limits import robot_of_motion
 from humanoid_rail.model.native_robot import native_robot
 from humanoid_rail.model.pair_distances import own_distances
 from humanoid_rail.model.robot import Robot
@@ -40,6 +41,8 @@ def certify(
 ) -> Certificate:
     """Return what can be proven of a motion.
 
+    Neighbours that only the position limits keep apart are checked too if the motion leaves these limits.
+
     Args:
         robot: The robot.
         obstacles: What its links must not touch, beside each other.
@@ -56,6 +59,7 @@ def certify(
     budget = default_max_checks() if max_checks is None else max_checks
     if isinstance(budget, bool) or not isinstance(budget, int) or not 0 < budget <= LARGEST_BUDGET:
         raise InvalidInput("max_checks", budget, f"a whole number from 1 to {LARGEST_BUDGET}")
+    robot = robot_of_motion(robot, t, q, velocity)
     certifier = engine().Certifier(native_robot(robot), native_obstacles(obstacles))
     found = certifier.certify(t, q, np.empty((0, robot.n)) if velocity is None else velocity, budget)
     some_obstacle, some_pair, own = bool(obstacles), bool(robot.self_collision_pairs), own_distances(robot)

@@ -17,7 +17,9 @@ import pinocchio as pin
 from humanoid_rail._arrays import Array
 from humanoid_rail.errors import InvalidInput
 from humanoid_rail.geometry.mesh_bodies import mesh_hull, mesh_pieces
+from humanoid_rail.geometry.mesh_files import warn_of_size
 from humanoid_rail.geometry.mesh_surface import mesh_surface
+from humanoid_rail.geometry.solids import size_of
 from humanoid_rail.model import cache
 from humanoid_rail.model.building import Mechanism
 from humanoid_rail.model.collision_bodies import Pieces, collision_bodies
@@ -34,6 +36,9 @@ LEAST_LOST = 0.02
 """Meshes are decomposed until no more than this share is lost."""
 MOST_DECOMPOSED = 6
 """No more meshes than this are decomposed."""
+
+LARGE = 10.0
+"""A mesh of a robot that is larger than this is probably not in metres, m."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,12 +184,13 @@ def _files(bodies: Iterable[UrdfBody], meshes: Mapping[str, Path]) -> list[Path]
 
 def _pieces(body: UrdfBody, meshes: Mapping[str, Path], is_decomposed: bool) -> Pieces:
     assert isinstance(body.shape, MeshFile)
-    make = mesh_pieces if is_decomposed else mesh_hull
+    make, file = mesh_pieces if is_decomposed else mesh_hull, str(meshes[body.shape.filename])
     try:
-        return make(meshes[body.shape.filename], body.shape.scale).pieces
+        pieces = make(file, body.shape.scale).pieces
     except ValueError as error:
-        file = str(meshes[body.shape.filename])
         raise InvalidInput(f"{body.where}.geometry.mesh.filename", file, str(error)) from error
+    warn_of_size(file, size_of(np.vstack(pieces)), LARGE)
+    return pieces
 
 
 def _asked_for(urdf: Urdf, file: RobotFile) -> list[str]:

@@ -20,12 +20,13 @@ from humanoid_rail.model.hands import FoundHand, arm_of, find_hands, moving_befo
 from humanoid_rail.model.pairs import choose_pairs
 from humanoid_rail.model.postures import MovingJoints, named_postures, starts
 from humanoid_rail.model.robot import Hand, Robot
-from humanoid_rail.model.robot_file import RobotFile
+from humanoid_rail.model.robot_file import FULL_TURN, RobotFile
 from humanoid_rail.model.sources import SUFFIXES, Source, find_source, package_root
 from humanoid_rail.model.srdf_names import warn_of_unknown_names
 from humanoid_rail.model.urdf import Urdf, read_urdf
 from humanoid_rail.model.urdf_changes import Changes, changed_urdf, resting_place
 from humanoid_rail.model.urdf_elements import parse_xml
+from humanoid_rail.model.urdf_joint import Joint
 from humanoid_rail.model.urdf_link import MeshFile
 
 
@@ -81,7 +82,7 @@ def robot_of(file: RobotFile, folder: Path) -> Robot:
             *examined.found,
         ),
     )
-    _warn_of_links(robot)
+    _warn_of_links(robot, mechanism.urdf)
     return robot
 
 
@@ -116,7 +117,7 @@ def _path_or_text(said: str | None, root: Path) -> str | Path | None:
     """Return a path, unless what a robot file says is a text or the name of a robot."""
     if said is None or "<" in said:
         return said
-    is_file = Path(said).suffix in (*SUFFIXES, ".srdf") or (root / said).is_file()
+    is_file = (Path(said).suffix in (*SUFFIXES, ".srdf") and ":" not in said) or (root / said).is_file()
     return root / said if is_file else said
 
 
@@ -175,7 +176,7 @@ def _locked(file: RobotFile, urdf: Urdf, frames: Sequence[str]) -> dict[str, flo
         """Return where a joint stands; None if it moves."""
         joint = urdf.joints[name]
         if name in file.locked:
-            return file.locked[name]
+            return _checked_place(joint, file.locked[name])
         if joint.mimic is not None:
             if (leader := place(joint.mimic.joint)) is not None:
                 return joint.mimic.multiplier * leader + joint.mimic.offset
@@ -186,6 +187,18 @@ def _locked(file: RobotFile, urdf: Urdf, frames: Sequence[str]) -> dict[str, flo
         if joint.kind != "fixed" and (at := place(name)) is not None:
             locked[name] = at
     return locked
+
+
+def _checked_place(joint: Joint, place: float) -> float:
+    """Return where a joint is locked, m or rad.
+
+    Raises:
+        InvalidInput: If it is an angle beyond a full turn, where none is needed.
+    """
+    if joint.kind != "prismatic" and abs(place) > FULL_TURN:
+        valid = f"rad, within a full turn of 0; {place:g} degrees would be {np.radians(place):.6g}"
+        raise InvalidInput(f"locked.{joint.name}", place, valid)
+    return place
 
 
 def _resting(file: RobotFile, locked: Mapping[str, float]) -> Iterator[str]:
@@ -237,10 +250,10 @@ def _meshes(urdf: Urdf, source: Source) -> dict[str, Path]:
     return found
 
 
-def _warn_of_links(robot: Robot) -> None:
+def _warn_of_links(robot: Robot, urdf: Urdf) -> None:
     """Warn of links that are seen and have no body, as nothing is known of what they touch."""
-    seen = {name for name, link in read_urdf(robot.urdf).links.items() if link.visuals}
-    if bare := [name for name in robot.links_without_body if name in seen]:
+    bodied = set(robot.link_names)
+    if bare := [name for name, link in urdf.links.items() if link.visuals and name not in bodied]:
         warnings.warn(f"no collision body: {', '.join(bare)}; nothing is known of what they touch", stacklevel=2)
     for hand in robot.hands:
         joint = robot.model.frames[robot.model.getFrameId(hand.frame)].parentJoint

@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.errors import InvalidInput
-from humanoid_rail.model.far_parts import far_parts, may_meet, part_distance
+from humanoid_rail.model.far_parts import FarParts, far_parts, may_meet, part_distance
 from humanoid_rail.model.urdf import Urdf
 
 
@@ -102,12 +102,21 @@ def _far_pair(
     parts = far_parts(model, first, second)
     if parts is None:
         return None, NOWHERE
-    beyond = f"farther than {parts.distance:.4g} m from the joint between them"
+    beyond = _beyond(parts)
     if not may_meet(model, parts, q):
         return None, f"{NO_MEETING} {beyond}"
     if part_distance(model, model.createData(), parts, q) <= 0.0:
         return None, f"{NOWHERE}: where the robot starts they touch {beyond}"
-    return (parts.first, parts.second), f"{IN_PART} {beyond}"
+    return (parts.first, parts.second), checked_in_part(parts)
+
+
+def checked_in_part(parts: FarParts) -> str:
+    """Return what is said of a pair whose far parts are checked."""
+    return f"{IN_PART} {_beyond(parts)}"
+
+
+def _beyond(parts: FarParts) -> str:
+    return f"farther than {parts.distance:.4g} m from the joint between them"
 
 
 def reason_of(pair: UncheckedPair) -> str:

@@ -154,10 +154,9 @@ class Node:
         Raises:
             InvalidInput: If one is.
         """
-        for tag in (child.tag for child in self.element):
+        for tag in (child.tag for child in self.element if child.tag not in tags):
             prefix, _, plain = tag.rpartition(":")
-            close = get_close_matches(plain.lower(), tags, 1, 1.0 if prefix else _SIMILAR)
-            if tag not in tags and close:
+            if close := get_close_matches(plain.lower(), tags, 1, 1.0 if prefix else _SIMILAR):
                 raise InvalidInput(f"{self.where}.{tag}", f"<{tag}>", f"<{close[0]}>")
 
     def check_attributes(self, names: Sequence[str]) -> None:
