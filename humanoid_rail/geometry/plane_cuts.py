@@ -17,15 +17,15 @@ from humanoid_rail._arrays import Array
 from humanoid_rail.geometry.mesh_files import Triangles
 from humanoid_rail.geometry.solids import size_of
 
-MOST = 24
+MOST = 8
 """A mesh is cut into no more pieces than this."""
-LEAST_SAVED = 0.005
+LEAST_SAVED = 0.02
 """A cut saves at least this share of the volume of the whole hull."""
 LARGE = 0.1
 """Pieces whose hull has this share of that volume are cut twice if one cut alone saves nothing."""
-POSITIONS = 8
+POSITIONS = 6
 """The extent of a piece along an axis is divided into so many parts: planes are tried between them."""
-COARSE = 0.015
+COARSE = 0.03
 """Planes are chosen for a mesh whose vertices are in the middles of cells of this size, relative to the mesh."""
 
 
@@ -57,7 +57,7 @@ def plane_cuts(mesh: Triangles) -> list[Array]:
 
 
 def _piece(triangles: Array, cell: float, whole: float) -> _Piece:
-    """Return a piece with the cut that saves most: alone, or if that is little, with the cuts of both sides after it."""
+    """Return a piece with the cut that saves most: alone, or if that is little, with those of both sides after it."""
     points, edges = _coarse(triangles, cell)
     volume = _volume(points)
     saved, plane = _best_plane(points, edges, volume)

@@ -84,6 +84,11 @@ def read_mechanism(text: str) -> Mechanism:
         InvalidInput: If it cannot be read, or a joint has no Euclidean configuration.
     """
     urdf = read_urdf(text)
+    for joint in urdf.joints.values():
+        limit = joint.limit
+        if joint.kind in ("revolute", "prismatic") and limit is not None and limit.has_no_range:
+            valid = "lower < upper, in m or rad; one that is not written is 0"
+            raise InvalidInput(f"joint {joint.name}.limit", f"from {limit.lower:g} to {limit.upper:g}", valid)
     model = _model(urdf)
     mimics = {name: mimic for name in list(model.names)[1:] if (mimic := urdf.joints[name].mimic) is not None}
     joint_names = tuple(name for name in list(model.names)[1:] if name not in mimics)

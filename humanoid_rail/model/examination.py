@@ -2,37 +2,38 @@
 
 from __future__ import annotations
 
-import functools
-from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element, tostring
 
-import coal
 import numpy as np
 import pinocchio as pin
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.errors import InvalidInput
 from humanoid_rail.geometry.mesh_bodies import mesh_hull, mesh_pieces
-from humanoid_rail.geometry.mesh_surface import mesh_surface
 from humanoid_rail.model import cache
 from humanoid_rail.model.building import Mechanism
 from humanoid_rail.model.collision_bodies import Pieces, collision_bodies
 from humanoid_rail.model.found_pairs import FoundPairs, find_pairs, possible_pairs
+from humanoid_rail.model.lost_postures import Lost, Originals
 from humanoid_rail.model.robot_file import RobotFile
-from humanoid_rail.model.survey import NEAR, Survey, meshes_touch, random_postures, survey
+from humanoid_rail.model.survey import NEAR, POSTURES, random_postures, survey
 from humanoid_rail.model.urdf import Urdf
 from humanoid_rail.model.urdf_link import MeshFile, UrdfBody
 
 MOST_LOST = 0.05
-"""Hulls may lose this share of the postures that are free by the meshes; then the worst mesh is decomposed."""
+"""Hulls may lose this share of other random postures that are free by the meshes; then the worst mesh is decomposed."""
 LEAST_LOST = 0.02
 """Meshes are decomposed until no more than this share is lost."""
-MOST_DECOMPOSED = 6
-"""No more meshes than this are decomposed."""
+LEAST_GAIN = 0.9
+"""No further mesh is decomposed where more than this share of what was lost still is."""
+MOST_DECOMPOSED = 8
+"""Where so many meshes are decomposed, no more are."""
+CLOSE_POSTURES = 1600
+"""So many random postures are looked at where the usual ones leave open whether too many are lost."""
 ROOM = 0.01
 """A start is free if nothing that is checked is nearer than this, m."""
 
@@ -70,34 +71,19 @@ def examine(
     Raises:
         InvalidInput: If a mesh cannot be read, or there is no start at which nothing touches.
     """
-    urdf = mechanism.urdf
-    bodies = {body.where: body for link in urdf.links.values() for body in link.collisions if _is_mesh(body)}
-    known = _given(mechanism, file, meshes, bodies, starts) or _kept(mechanism, srdf, file, meshes, bodies, starts)
-    pieces = {where: _pieces(body, meshes, where in known["decomposed"]) for where, body in bodies.items()}
+    written = {body.where: body for link in mechanism.urdf.links.values() for body in link.collisions if _is_mesh(body)}
+    is_cut_as_said = file.decomposed is not None or not written
+    if is_cut_as_said and file.initial is not None and None not in (file.pairs.left_out, file.pairs.distances):
+        bodies = _bodies(mechanism, written, meshes, _asked_for(mechanism.urdf, file))
+        pairs = find_pairs(mechanism.model, bodies, mechanism.urdf, None, None, file.pairs)
+        return Examined(bodies, pairs, starts[0][1], ())
+    known = _kept(mechanism, srdf, file, meshes, written, starts)
     pairs = FoundPairs(
         {frozenset((a, b)): why for a, b, why in known["left_out"]},
         {frozenset((a, b)): distance for a, b, distance in known["distances"]},
     )
-    made = collision_bodies(mechanism.model, urdf, pieces)
-    return Examined(made, pairs, np.array(known["start"]), tuple(known["found"]))
-
-
-def _given(
-    mechanism: Mechanism,
-    file: RobotFile,
-    meshes: Mapping[str, Path],
-    written: Mapping[str, UrdfBody],
-    starts: Sequence[tuple[str, Array]],
-) -> dict[str, Any] | None:
-    """Return what a robot file says if nothing has to be found out, as that of a robot that was saved; else None."""
-    is_cut_as_said = file.decomposed is not None or not written
-    if not is_cut_as_said or file.initial is None or file.pairs.left_out is None or file.pairs.distances is None:
-        return None
-    decomposed = _asked_for(mechanism.urdf, file)
-    pieces = {where: _pieces(body, meshes, where in decomposed) for where, body in written.items()}
-    bodies = collision_bodies(mechanism.model, mechanism.urdf, pieces)
-    pairs = find_pairs(mechanism.model, bodies, mechanism.urdf, None, None, file.pairs)
-    return _data(decomposed, pairs, starts[0][1], [])
+    bodies = _bodies(mechanism, written, meshes, known["decomposed"])
+    return Examined(bodies, pairs, np.array(known["start"]), tuple(known["found"]))
 
 
 def _kept(
@@ -132,31 +118,44 @@ def _look(
 ) -> dict[str, Any]:
     """Return what is found out, as data that JSON can hold."""
     model, urdf, full = mechanism.model, mechanism.urdf, mechanism.full_configuration
-    postures = random_postures(mechanism.limits.lower, mechanism.limits.upper)
-    decomposed = _asked_for(urdf, file)
-    lost: list[float] = []
+    lower, upper = mechanism.limits.lower, mechanism.limits.upper
+    count, decomposed = POSTURES, _asked_for(urdf, file)
+    originals, before = Originals(mechanism, meshes), None
     while True:
-        pieces = {where: _pieces(body, meshes, where in decomposed) for where, body in written.items()}
-        bodies = collision_bodies(model, urdf, pieces)
-        seen = survey(model, bodies, possible_pairs(bodies), postures, full)
-        pairs = find_pairs(model, bodies, urdf, srdf, seen, file.pairs)
+        bodies = _bodies(mechanism, written, meshes, decomposed)
+        possible = possible_pairs(bodies)
+        seen = survey(model, bodies, possible, random_postures(lower, upper), full)
+        pairs, lost = find_pairs(model, bodies, urdf, srdf, seen, file.pairs), None
         if file.decomposed is not None or not written:
             break
-        share, worst = _lost(mechanism, bodies, meshes, pairs, seen, decomposed)
-        lost.append(share)
-        enough = MOST_LOST if len(lost) == 1 else LEAST_LOST
-        if share <= enough or worst is None or len(decomposed) >= MOST_DECOMPOSED:
+        limit = MOST_LOST if before is None else LEAST_LOST
+        lost = originals.lost(bodies, pairs.left_out, seen) if count == POSTURES else None
+        if lost is None or lost.share <= limit < lost.most:
+            count = CLOSE_POSTURES
+            seen = survey(model, bodies, possible, random_postures(lower, upper, count), full, 0.0)
+            lost = originals.lost(bodies, pairs.left_out, seen)
+        if before is not None and lost.share > LEAST_GAIN * before.share:
             break
-        decomposed = [*decomposed, worst]
+        before, worst = lost, _worst(lost, written, decomposed)
+        if lost.most <= limit or not worst or len(decomposed) >= MOST_DECOMPOSED:
+            break
+        decomposed = [*decomposed, *worst]
     start, why = _start(mechanism, bodies, pairs, starts, is_given=file.initial is not None)
     found = [] if file.initial is not None else [f"Motions start at {why}."]
     if lost:
         found.append(
-            f"Convex bodies lose {lost[-1]:.1%} of {len(postures)} random postures that are free by the meshes."
+            f"Convex bodies lose {lost.share:.1%} of the {lost.free} of {lost.postures} random postures that are free "
+            "by the meshes."
         )
     if decomposed:
         found.append(f"Cut into convex pieces: the meshes of {', '.join(decomposed)}.")
     return _data(decomposed, pairs, start, found)
+
+
+def _worst(lost: Lost, written: Mapping[str, UrdfBody], decomposed: Sequence[str]) -> list[str]:
+    """Return the meshes that cost most and are not cut yet: one, and those that cost at least half as much."""
+    blamed = {where: count for where, count in lost.blamed.items() if where in written and where not in decomposed}
+    return sorted(where for where, count in blamed.items() if 2 * count >= max(blamed.values()))
 
 
 def _data(decomposed: Sequence[str], pairs: FoundPairs, start: Array, found: Sequence[str]) -> dict[str, Any]:
@@ -178,6 +177,13 @@ def _files(bodies: Iterable[UrdfBody], meshes: Mapping[str, Path]) -> list[Path]
     return [meshes[name] for name in sorted(names)]
 
 
+def _bodies(
+    mechanism: Mechanism, written: Mapping[str, UrdfBody], meshes: Mapping[str, Path], decomposed: Sequence[str]
+) -> pin.GeometryModel:
+    pieces = {where: _pieces(body, meshes, where in decomposed) for where, body in written.items()}
+    return collision_bodies(mechanism.model, mechanism.urdf, pieces)
+
+
 def _pieces(body: UrdfBody, meshes: Mapping[str, Path], is_decomposed: bool) -> Pieces:
     assert isinstance(body.shape, MeshFile)
     make = mesh_pieces if is_decomposed else mesh_hull
@@ -195,49 +201,6 @@ def _asked_for(urdf: Urdf, file: RobotFile) -> list[str]:
             raise InvalidInput("decomposed", link, "links of the URDF")
     links = [urdf.links[name] for name in file.decomposed or ()]
     return [body.where for link in links for body in link.collisions if _is_mesh(body)]
-
-
-def _lost(
-    mechanism: Mechanism,
-    bodies: pin.GeometryModel,
-    meshes: Mapping[str, Path],
-    pairs: FoundPairs,
-    seen: Survey,
-    decomposed: Sequence[str],
-) -> tuple[float, str | None]:
-    """Return which share of the postures that are free by the meshes is not by the bodies, and the worst mesh."""
-    links = [mechanism.model.frames[body.parentFrame].name for body in bodies.geometryObjects]
-    checked = np.array([frozenset((links[i], links[j])) not in pairs.left_out for i, j in seen.pairs], bool)
-    sources = _sources(mechanism.urdf, bodies, links)
-
-    @functools.cache
-    def surface(index: int) -> coal.CollisionGeometry:
-        body = sources[index]
-        if isinstance(body.shape, MeshFile):
-            return mesh_surface(meshes[body.shape.filename], body.shape.scale)
-        return bodies.geometryObjects[index].geometry
-
-    free, lost, blamed = 0, 0, Counter[str]()
-    for q, touches in zip(seen.postures, seen.touching() & checked, strict=True):
-        touching = [seen.pairs[k] for k in np.flatnonzero(touches)]
-        if touching and meshes_touch(mechanism.model, bodies, surface, touching, mechanism.full_configuration(q)):
-            continue
-        free += 1
-        if touching:
-            lost += 1
-            wheres = {sources[index].where for pair in touching for index in pair if _is_mesh(sources[index])}
-            blamed.update(where for where in wheres if where not in decomposed)
-    worst = blamed.most_common(1)
-    return (lost / free if free else 0.0), (worst[0][0] if worst else None)
-
-
-def _sources(urdf: Urdf, bodies: pin.GeometryModel, links: Sequence[str]) -> list[UrdfBody]:
-    """Return for each body the element of the URDF that it stands for."""
-    found = []
-    for body, link in zip(bodies.geometryObjects, links, strict=True):
-        number = body.name.removeprefix(f"{link}_").partition("_")[0]
-        found.append(urdf.links[link].collisions[int(number)])
-    return found
 
 
 def _start(

@@ -73,7 +73,7 @@ def robot_of(file: RobotFile, folder: Path) -> Robot:
             *assumed,
             *_found_hands(entries),
             *more,
-            *_resting(file, locked),
+            *_resting(file, original, locked),
             *examined.found,
         ),
     )
@@ -153,7 +153,7 @@ def _locked(file: RobotFile, urdf: Urdf, frames: Sequence[str]) -> dict[str, flo
                 raise InvalidInput(field, name, valid)
     needed = {joint for frame in frames for joint in moving_before(urdf, frame)}
     moving = set(file.joints) if file.joints is not None else needed
-    moving -= {*file.locked, *file.locked_joints}
+    moving -= {*file.locked, *file.locked_joints, *_without_range(urdf)}
     locked: dict[str, float] = {}
 
     def place(name: str) -> float | None:
@@ -172,9 +172,19 @@ def _locked(file: RobotFile, urdf: Urdf, frames: Sequence[str]) -> dict[str, flo
     return locked
 
 
-def _resting(file: RobotFile, locked: Mapping[str, float]) -> Iterator[str]:
+def _without_range(urdf: Urdf) -> list[str]:
+    """Return the joints whose limits leave them no way to move."""
+    kinds = ("revolute", "prismatic")
+    return [j.name for j in urdf.joints.values() if j.kind in kinds and j.limit and j.limit.lower == j.limit.upper]
+
+
+def _resting(file: RobotFile, urdf: Urdf, locked: Mapping[str, float]) -> Iterator[str]:
     """Yield what is said of joints that are locked without a position of their own."""
-    names = [name for name in locked if name not in file.locked]
+    held = [name for name in _without_range(urdf) if name in locked and name not in file.locked]
+    if held:
+        places = ", ".join(f"{name} at {locked[name]:.4g}" for name in held)
+        yield f"These joints are locked, as their limits leave them no range: {places}."
+    names = [name for name in locked if name not in file.locked and name not in held]
     if names:
         places = ", ".join(f"{name} at {locked[name]:.4g}" for name in names)
         yield f"These joints are locked, as no hand needs them: {places}."
