@@ -61,7 +61,7 @@ class _Hull:
             inside: Points (k, 3) of the hull. No distance is more than that to these.
             enough: Where this distance is no more than this, it is not looked for a nearer point, m.
         """
-        found = np.linalg.norm(points - inside, axis=1)
+        found: Array = np.linalg.norm(points - inside, axis=1)
         far = np.flatnonzero(found > enough)
         for i, in_front in zip(far, points[far] @ self.normals.T - self.offsets, strict=True):
             if in_front.max() <= 0.0:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,9 +31,11 @@ MOST_LOST = 0.05
 LEAST_LOST = 0.02
 """Meshes are decomposed until no more than this share is lost."""
 LEAST_GAIN = 0.9
-"""No further mesh is decomposed where more than this share of what was lost still is."""
-MOST_DECOMPOSED = 8
-"""Where so many meshes are decomposed, no more are."""
+"""A mesh is not decomposed if more than this share of what was lost still is."""
+MOST_ROUNDS = 8
+"""So often meshes are decomposed and what is lost is measured again."""
+TIMES_CUT = 2
+"""A mesh is cut roughly, and if it still costs much, finely."""
 CLOSE_POSTURES = 1600
 """So many random postures are looked at where the usual ones leave open whether too many are lost."""
 ROOM = 0.01
@@ -48,6 +52,18 @@ class Examined:
     """Where motions start (n,), m and rad."""
     found: tuple[str, ...]
     """What was found, in sentences."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Looked:
+    """What bodies make of random postures."""
+
+    decomposed: Sequence[str]
+    """The meshes that are cut, by where they are in the URDF; twice, if finely."""
+    bodies: pin.GeometryModel
+    pairs: FoundPairs
+    lost: Lost | None
+    """None if it does not matter."""
 
 
 def examine(
@@ -119,42 +135,63 @@ def _look(
     """Return what is found out, as data that JSON can hold."""
     model, urdf, full = mechanism.model, mechanism.urdf, mechanism.full_configuration
     lower, upper = mechanism.limits.lower, mechanism.limits.upper
-    count, decomposed = POSTURES, _asked_for(urdf, file)
-    originals, before = Originals(mechanism, meshes), None
-    while True:
+    originals, is_cut_as_said = Originals(mechanism, meshes), file.decomposed is not None or not written
+
+    def look(decomposed: Sequence[str], count: int, limit: float) -> _Looked:
         bodies = _bodies(mechanism, written, meshes, decomposed)
         possible = possible_pairs(bodies)
         seen = survey(model, bodies, possible, random_postures(lower, upper), full)
         pairs, lost = find_pairs(model, bodies, urdf, srdf, seen, file.pairs), None
-        if file.decomposed is not None or not written:
-            break
-        limit = MOST_LOST if before is None else LEAST_LOST
-        lost = originals.lost(bodies, pairs.left_out, seen) if count == POSTURES else None
-        if lost is None or lost.share <= limit < lost.most:
-            count = CLOSE_POSTURES
-            seen = survey(model, bodies, possible, random_postures(lower, upper, count), full, 0.0)
+        if not is_cut_as_said:
             lost = originals.lost(bodies, pairs.left_out, seen)
-        if before is not None and lost.share > LEAST_GAIN * before.share:
+            if count > POSTURES or lost.share <= limit < lost.most:
+                seen = survey(model, bodies, possible, random_postures(lower, upper, CLOSE_POSTURES), full, 0.0)
+                lost = originals.lost(bodies, pairs.left_out, seen)
+        return _Looked(decomposed, bodies, pairs, lost)
+
+    best = look(_asked_for(urdf, file), POSTURES, MOST_LOST)
+    tried = Counter(best.decomposed)
+    for _ in range(MOST_ROUNDS):
+        limit = LEAST_LOST if best.decomposed else MOST_LOST
+        if best.lost is None or best.lost.most <= limit:
             break
-        before, worst = lost, _worst(lost, written, decomposed)
-        if lost.most <= limit or not worst or len(decomposed) >= MOST_DECOMPOSED:
+        worst = _worst(best.lost, written, tried)
+        if not worst:
             break
-        decomposed = [*decomposed, *worst]
+        tried.update(worst)
+        others = [where for where in best.decomposed if where not in worst]
+        after = look([*others, *(w for where in worst for w in tried[where] * [where])], best.lost.postures, LEAST_LOST)
+        best = after if _is_better(after, best) else best
+    decomposed, bodies, pairs, lost = best.decomposed, best.bodies, best.pairs, best.lost
     start, why = _start(mechanism, bodies, pairs, starts, is_given=file.initial is not None)
     found = [] if file.initial is not None else [f"Motions start at {why}."]
     if lost:
+        if lost.share > MOST_LOST:
+            warnings.warn(
+                f"convex bodies lose {lost.share:.1%} of the free postures of {mechanism.model.name}", stacklevel=2
+            )
         found.append(
             f"Convex bodies lose {lost.share:.1%} of the {lost.free} of {lost.postures} random postures that are free "
             "by the meshes."
         )
     if decomposed:
-        found.append(f"Cut into convex pieces: the meshes of {', '.join(decomposed)}.")
+        found.append(f"Cut into convex pieces: the meshes of {', '.join(dict.fromkeys(decomposed))}.")
     return _data(decomposed, pairs, start, found)
 
 
-def _worst(lost: Lost, written: Mapping[str, UrdfBody], decomposed: Sequence[str]) -> list[str]:
-    """Return the meshes that cost most and are not cut yet: one, and those that cost at least half as much."""
-    blamed = {where: count for where, count in lost.blamed.items() if where in written and where not in decomposed}
+def _is_better(looked: _Looked, before: _Looked) -> bool:
+    """Return whether more cuts have saved enough, or made pairs that were left out ones that are checked."""
+    assert looked.lost is not None
+    assert before.lost is not None
+    if looked.lost.postures != before.lost.postures or looked.pairs.left_out.keys() != before.pairs.left_out.keys():
+        return True
+    return looked.lost.share <= LEAST_GAIN * before.lost.share
+
+
+def _worst(lost: Lost, written: Mapping[str, UrdfBody], tried: Mapping[str, int]) -> list[str]:
+    """Return the meshes that cost most and can be cut more: one, and those that cost at least half as much."""
+    able = (where for where in lost.blamed if where in written and tried.get(where, 0) < TIMES_CUT)
+    blamed = {where: lost.blamed[where] for where in able}
     return sorted(where for where, count in blamed.items() if 2 * count >= max(blamed.values()))
 
 
@@ -180,18 +217,17 @@ def _files(bodies: Iterable[UrdfBody], meshes: Mapping[str, Path]) -> list[Path]
 def _bodies(
     mechanism: Mechanism, written: Mapping[str, UrdfBody], meshes: Mapping[str, Path], decomposed: Sequence[str]
 ) -> pin.GeometryModel:
-    pieces = {where: _pieces(body, meshes, where in decomposed) for where, body in written.items()}
+    pieces = {where: _pieces(body, meshes, decomposed.count(where)) for where, body in written.items()}
     return collision_bodies(mechanism.model, mechanism.urdf, pieces)
 
 
-def _pieces(body: UrdfBody, meshes: Mapping[str, Path], is_decomposed: bool) -> Pieces:
+def _pieces(body: UrdfBody, meshes: Mapping[str, Path], times_cut: int) -> Pieces:
     assert isinstance(body.shape, MeshFile)
-    make = mesh_pieces if is_decomposed else mesh_hull
+    file, scale = meshes[body.shape.filename], body.shape.scale
     try:
-        return make(meshes[body.shape.filename], body.shape.scale).pieces
+        return (mesh_pieces(file, scale, times_cut > 1) if times_cut else mesh_hull(file, scale)).pieces
     except ValueError as error:
-        file = str(meshes[body.shape.filename])
-        raise InvalidInput(f"{body.where}.geometry.mesh.filename", file, str(error)) from error
+        raise InvalidInput(f"{body.where}.geometry.mesh.filename", str(file), str(error)) from error
 
 
 def _asked_for(urdf: Urdf, file: RobotFile) -> list[str]:

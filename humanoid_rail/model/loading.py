@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from importlib import metadata
 from pathlib import Path
 from xml.etree.ElementTree import Element
@@ -14,9 +15,10 @@ import pinocchio as pin
 
 from humanoid_rail.errors import MISSING, InvalidInput, did_you_mean
 from humanoid_rail.geometry.mesh_names import find_mesh
-from humanoid_rail.model.building import Mechanism, build_robot, checked_start, read_mechanism
+from humanoid_rail.model.building import Mechanism, build_robot, check_hands, checked_start, read_mechanism
 from humanoid_rail.model.examination import examine
-from humanoid_rail.model.hands import FoundHand, arm_of, find_hands, moving_before
+from humanoid_rail.model.hand_shape import AHEAD, HandShape, hand_shape
+from humanoid_rail.model.hands import TOOL, FoundHand, arm_of, find_hands, moving_before
 from humanoid_rail.model.pairs import choose_pairs
 from humanoid_rail.model.postures import configuration, named_postures, starts
 from humanoid_rail.model.robot import Hand, Robot
@@ -55,13 +57,14 @@ def robot_of(file: RobotFile, folder: Path) -> Robot:
     examined = examine(mechanism, srdf, file, meshes, places)
     start = checked_start(mechanism, examined.start)
     bodies = examined.bodies
+    hands, said = _hands_by_shape(entries, mechanism, bodies, original, file)
     pairs = choose_pairs(mechanism.model, bodies, examined.pairs.left_out, mechanism.full_configuration(start))
     robot = build_robot(
         mechanism,
         text,
         bodies,
         pairs,
-        [_hand(entry, mechanism) for entry in entries],
+        hands,
         start,
         pair_distances=_distances(mechanism, bodies, pairs.checked, examined.pairs.distances),
         meshes=meshes,
@@ -71,7 +74,7 @@ def robot_of(file: RobotFile, folder: Path) -> Robot:
             *file.assumed,
             *source.found,
             *assumed,
-            *_found_hands(entries),
+            *said,
             *more,
             *_resting(file, original, locked),
             *examined.found,
@@ -131,10 +134,38 @@ def _hands(file: RobotFile, urdf: Urdf, srdf: Element | None) -> tuple[FoundHand
     )
 
 
-def _found_hands(entries: Sequence[FoundHand]) -> Iterator[str]:
+def _pointing(hand: Hand, shape: HandShape) -> Iterator[str]:
+    """Yield in which direction a hand was found to point, and why."""
+    if hand.pointing is not None:
+        along = " ".join(f"{x:g}" for x in hand.pointing)
+        why = "as its fingers do" if shape.pointing else "by custom, as no fingers say otherwise"
+        yield f"The hand {hand.name} points along {along} of {hand.frame}, {why}."
+
+
+def _hands_by_shape(
+    entries: Sequence[FoundHand], mechanism: Mechanism, bodies: pin.GeometryModel, original: Urdf, file: RobotFile
+) -> tuple[list[Hand], list[str]]:
+    """Return the hands, and what was found of them by their bodies."""
+    hands, said = [], []
+    check_hands(mechanism.model, mechanism.joint_names, [_hand(entry, mechanism) for entry in entries])
     for entry in entries:
         if entry.why:
-            yield f"The hand {entry.name} is {entry.frame}, {entry.why}."
+            said.append(f"The hand {entry.name} is {entry.frame}, {entry.why}.")
+        shape = hand_shape(mechanism, bodies, original, entry.frame)
+        hand = _hand(entry, mechanism)
+        if not file.as_written:
+            if hand.pointing is None:
+                hand = replace(hand, pointing=shape.pointing or ((0.0, 0.0, 1.0) if TOOL.search(hand.frame) else None))
+                said += _pointing(hand, shape)
+            if shape.ahead > AHEAD and shape.pointing == hand.pointing:
+                said.append(f"The fingers of the hand {hand.name} end {shape.ahead:.2f} m in front of {hand.frame}.")
+            if shape.around and entry.why:
+                bodies_around = ", ".join(shape.around)
+                said.append(
+                    f"The point of the hand {hand.name}, {hand.frame}, is inside of the body of {bodies_around}."
+                )
+        hands.append(hand)
+    return hands, said
 
 
 def _hand(entry: FoundHand, mechanism: Mechanism) -> Hand:

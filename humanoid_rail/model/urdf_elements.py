@@ -179,7 +179,8 @@ class Node:
         for name in self.element.attrib:
             if name in names or ":" in name:
                 continue
-            if close := get_close_matches(name.lower(), names, 1, _SIMILAR):
+            has_a_name_of_its_own = any(part in names for part in name.split("_"))  # such as gear_velocity
+            if not has_a_name_of_its_own and (close := get_close_matches(name.lower(), names, 1, _SIMILAR)):
                 raise InvalidInput(f"{self.where}.{name}", self.text(name), f"{close[0]}, if that is meant")
             warnings.warn(f"the attribute {name} of <{self.tag}> is not read, as at {self.where}", stacklevel=2)
 
