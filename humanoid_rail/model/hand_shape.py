@@ -39,7 +39,7 @@ def hand_shape(mechanism: Mechanism, bodies: pin.GeometryModel, original: Urdf, 
     """Return what the bodies of a hand say of it.
 
     Fingers are bodies that move with the frame and hang on joints behind the arm in the original, or are called so.
-    They point from the origin of the arm's last joint to their middle.
+    They point from where they begin to their middle.
 
     Args:
         mechanism: How the joints move.
@@ -53,19 +53,21 @@ def hand_shape(mechanism: Mechanism, bodies: pin.GeometryModel, original: Urdf, 
     own = [body for body in bodies.geometryObjects if body.parentJoint == joint]
     inside = dict.fromkeys(model.frames[b.parentFrame].name for b in own if _contains(b, placement.translation))
     arm = set(moving_before(original, frame))
-    corners = []
+    corners, begins = [], []
     for body in own:
         link = model.frames[body.parentFrame].name
         behind = [name for name in moving_before(original, link) if name not in arm] if link in original.links else []
         if behind or FINGER.search(link):
             corners.append(np.array(list(_corners(body))))
+            first = (behind[0], pin.FrameType.FIXED_JOINT) if behind else (link, pin.FrameType.BODY)
+            begins.append(model.frames[model.getFrameId(*first)].placement.translation)
     if not corners:
         return HandShape(None, 0.0, tuple(inside))
-    middle = np.mean([c.mean(axis=0) for c in corners], axis=0)
-    length = float(np.linalg.norm(middle))
+    ahead = np.mean([c.mean(axis=0) for c in corners], axis=0) - np.mean(begins, axis=0)
+    length = float(np.linalg.norm(ahead))
     if length == 0.0:
         return HandShape(None, 0.0, tuple(inside))
-    direction = placement.rotation.T @ middle / length
+    direction = placement.rotation.T @ ahead / length
     axis = int(abs(direction).argmax())
     if abs(direction[axis]) < ALONG:
         return HandShape(None, 0.0, tuple(inside))
