@@ -71,6 +71,22 @@ def mesh_hull(file: str | Path, scale: float | Sequence[float] | Array) -> MeshB
     return _kept(kept) or _keep(_hull_of(_read(file, factors)), kept)
 
 
+def saved_hull(file: str | Path, scale: float | Sequence[float] | Array) -> MeshBodies:
+    """Return the convex hull of a mesh with all its vertices, as of a body that was made before and saved.
+
+    Args:
+        file: As of :func:`mesh_hull`.
+        scale: As of :func:`mesh_hull`.
+
+    Raises:
+        ValueError: If the file is not a mesh that is thicker than a plane, or the scale not one.
+    """
+    mesh = _read(file, _factors(scale))
+    if _is_flat(mesh.vertices):
+        raise ValueError("a mesh that is not flat, as it was saved")
+    return MeshBodies((frozen(mesh.vertices[np.sort(ConvexHull(mesh.vertices).vertices)]),), 0.0, 1.0)
+
+
 def mesh_pieces(file: str | Path, scale: float | Sequence[float] | Array, fine: bool = False) -> MeshBodies:
     """Return a mesh cut into convex bodies of few vertices each.
 

@@ -15,7 +15,7 @@ import pinocchio as pin
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.errors import InvalidInput
-from humanoid_rail.geometry.mesh_bodies import mesh_hull, mesh_pieces
+from humanoid_rail.geometry.mesh_bodies import MOST_SWELLING, THICKENED, mesh_hull, mesh_pieces, saved_hull
 from humanoid_rail.model import cache
 from humanoid_rail.model.building import Mechanism
 from humanoid_rail.model.collision_bodies import Pieces, collision_bodies
@@ -90,7 +90,8 @@ def examine(
     written = {body.where: body for link in mechanism.urdf.links.values() for body in link.collisions if _is_mesh(body)}
     is_cut_as_said = file.decomposed is not None or not written
     if is_cut_as_said and file.initial is not None and None not in (file.pairs.left_out, file.pairs.distances):
-        bodies = _bodies(mechanism, written, meshes, _asked_for(mechanism.urdf, file))
+        asked = _asked_for(mechanism.urdf, file)
+        bodies = _bodies(mechanism, written, meshes, asked, file.as_written)
         pairs = find_pairs(mechanism.model, bodies, mechanism.urdf, None, None, file.pairs)
         return Examined(bodies, pairs, starts[0][1], ())
     known = _kept(mechanism, srdf, file, meshes, written, starts)
@@ -215,19 +216,28 @@ def _files(bodies: Iterable[UrdfBody], meshes: Mapping[str, Path]) -> list[Path]
 
 
 def _bodies(
-    mechanism: Mechanism, written: Mapping[str, UrdfBody], meshes: Mapping[str, Path], decomposed: Sequence[str]
+    mechanism: Mechanism,
+    written: Mapping[str, UrdfBody],
+    meshes: Mapping[str, Path],
+    decomposed: Sequence[str],
+    are_saved: bool = False,
 ) -> pin.GeometryModel:
-    pieces = {where: _pieces(body, meshes, decomposed.count(where)) for where, body in written.items()}
+    """Return the bodies of a robot; meshes of one that was saved are its bodies already."""
+    pieces: dict[str, Pieces] = {}
+    for where, body in written.items():
+        assert isinstance(body.shape, MeshFile)
+        file, scale, times_cut = meshes[body.shape.filename], body.shape.scale, decomposed.count(where)
+        try:
+            if times_cut:
+                made = mesh_pieces(file, scale, times_cut > 1)
+            else:
+                made = (saved_hull if are_saved else mesh_hull)(file, scale)
+        except ValueError as error:
+            raise InvalidInput(f"{where}.geometry.mesh.filename", str(file), str(error)) from error
+        if made.swelling > MOST_SWELLING + 2.0 * THICKENED:
+            warnings.warn(f"the body of {where} reaches {1e3 * made.swelling:.1f} mm out of its mesh", stacklevel=2)
+        pieces[where] = made.pieces
     return collision_bodies(mechanism.model, mechanism.urdf, pieces)
-
-
-def _pieces(body: UrdfBody, meshes: Mapping[str, Path], times_cut: int) -> Pieces:
-    assert isinstance(body.shape, MeshFile)
-    file, scale = meshes[body.shape.filename], body.shape.scale
-    try:
-        return (mesh_pieces(file, scale, times_cut > 1) if times_cut else mesh_hull(file, scale)).pieces
-    except ValueError as error:
-        raise InvalidInput(f"{body.where}.geometry.mesh.filename", str(file), str(error)) from error
 
 
 def _asked_for(urdf: Urdf, file: RobotFile) -> list[str]:
