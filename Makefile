@@ -44,7 +44,7 @@ figures: $(VENV)/test-installed
 	cp out/paper/sweep_activation_distance.png docs/activation_distance.png
 
 picture: $(VENV)/test-installed
-	$(BIN)/python scripts/screenshot.py docs/case3.png
+	$(BIN)/python scripts/screenshot.py docs/case3.png --at 1.9
 	$(BIN)/python scripts/screenshot.py docs/picks.png --scene scenes/picks.yaml --at 3.6
 
 benchmark: $(VENV)/test-installed
@@ -85,10 +85,12 @@ meshes: $(VENV)/test-installed
 robots: $(VENV)/test-installed
 	$(BIN)/python -m validation.check_robots --readme docs/robots.md
 
-# The pictures of the gallery.
+# The table and the pictures of the gallery: two minutes.
 gallery: $(VENV)/test-installed
-	for scene in scenes/robots/*-shelf.json; do name=$$(basename $$scene -shelf.json | tr - _); \
-		$(BIN)/python scripts/screenshot.py docs/robots/$$name.png --robot $$name --scene $$scene; done
+	$(BIN)/python scripts/gallery.py --readme docs/robots.md
+	for scene in scenes/robots/*-shelf.json; do \
+		$(BIN)/python scripts/screenshot.py docs/robots/$$(basename $$scene -shelf.json).png --scene $$scene --size 840 560 \
+		|| exit 1; done
 
 # The tests of the native engine under AddressSanitizer and UndefinedBehaviorSanitizer, with GCC, in an environment of
 # its own. The interpreter itself is not looked at, and never gives back all of its memory.

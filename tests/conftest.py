@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import shutil
 import sys
+import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from importlib import metadata
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -131,6 +133,24 @@ def free() -> Scene:
 def planned(robot: Robot, free: Scene) -> Trajectory:
     """A motion in it."""
     return humanoid_rail.plan(robot, free)
+
+
+@pytest.fixture(scope="session")
+def motion(robot: Robot, scene: Scene) -> Trajectory:
+    """The paper's third case, retimed."""
+    return humanoid_rail.retime(humanoid_rail.plan_case(robot, 3), robot, scene)
+
+
+def package_robot(name: str, **fields: Any) -> Robot:
+    """Return a robot of another package, `PACKAGE:ROBOT`, with some fields of a robot file; skip if it is not there."""
+    package = name.partition(":")[0]
+    try:
+        metadata.version(package)
+    except metadata.PackageNotFoundError:
+        pytest.skip(f"{package}, a package of models, is not installed")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of limits and links without bodies
+        return load_robot(name, **fields)
 
 
 def changed(trajectory: Trajectory, **values: Any) -> Trajectory:

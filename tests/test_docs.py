@@ -144,8 +144,9 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_the_site_has_every_page_and_picture(site: Path) -> None:
-    for path in (ROOT / "docs").iterdir():
-        assert (site / path.name).with_suffix(".html" if path.suffix == ".md" else path.suffix).is_file()
+    for path in (ROOT / "docs").rglob("*.*"):
+        shown = site / path.relative_to(ROOT / "docs")
+        assert shown.with_suffix(".html" if path.suffix == ".md" else path.suffix).is_file()
     for page in site.glob("*.html"):
         for source in re.findall(r"<img[^>]* src=\"([^\"]+)\"", page.read_text(encoding="utf-8")):
             assert (page.parent / source).is_file(), f"{page.name}: {source}"

@@ -21,7 +21,7 @@ from humanoid_rail.geometry.plane_cuts import LEAST_SAVED, MOST, plane_cuts
 from humanoid_rail.geometry.simple_hull import SimpleHull, simple_hull
 from humanoid_rail.geometry.solids import size_of
 
-VERSION = 2
+VERSION = 3
 """Of what is kept on disk: higher whenever the same mesh gives other bodies."""
 MOST_SWELLING = 2e-3
 """A hull reaches out of the true one by no more than this, m."""
@@ -59,8 +59,8 @@ def mesh_hull(file: str | Path, scale: float | Sequence[float] | Array) -> MeshB
     result depends neither on the order of vertices nor on that of triangles, and is kept in the user's cache folder.
 
     Args:
-        file: Path of a mesh, in any format that trimesh reads. The unit of COLLADA files counts, their up axis does
-            not, as everywhere in ROS.
+        file: Path of a mesh, in any format that trimesh and assimp read. The unit of COLLADA files counts, their up
+            axis does not, as everywhere in ROS.
         scale: A factor or those along the axes of the file. Negative ones mirror it.
 
     Raises:
@@ -206,8 +206,10 @@ def _kept(file: Path) -> MeshBodies | None:
     try:
         numbers, *pieces = read_bodies(file)
         swelling, hull_share, _ = map(float, numbers[0])
+        for piece in pieces:
+            ConvexHull(piece)  # fails where all points are in a plane
     except Exception:  # a damaged archive may raise anything
         return None
-    if not pieces or swelling < 0.0 or not 0.0 <= hull_share <= 1.0 or min(map(len, pieces)) < 4:
+    if not pieces or swelling < 0.0 or not 0.0 <= hull_share <= 1.0:
         return None
     return MeshBodies(tuple(map(frozen, pieces)), swelling, hull_share)

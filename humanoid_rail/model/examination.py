@@ -16,13 +16,16 @@ import pinocchio as pin
 from humanoid_rail._arrays import Array
 from humanoid_rail.errors import InvalidInput
 from humanoid_rail.geometry.mesh_bodies import MOST_SWELLING, THICKENED, mesh_hull, mesh_pieces, saved_hull
+from humanoid_rail.geometry.mesh_files import warn_of_size
+from humanoid_rail.geometry.solids import size_of
 from humanoid_rail.model import cache
 from humanoid_rail.model.building import Mechanism
 from humanoid_rail.model.collision_bodies import Pieces, collision_bodies
 from humanoid_rail.model.found_pairs import FoundPairs, find_pairs, possible_pairs
+from humanoid_rail.model.free_start import free_start
 from humanoid_rail.model.lost_postures import Lost, Originals
 from humanoid_rail.model.robot_file import RobotFile
-from humanoid_rail.model.survey import NEAR, POSTURES, random_postures, survey
+from humanoid_rail.model.survey import POSTURES, random_postures, survey
 from humanoid_rail.model.urdf import Urdf
 from humanoid_rail.model.urdf_link import MeshFile, UrdfBody
 
@@ -38,8 +41,8 @@ TIMES_CUT = 2
 """A mesh is cut roughly, and if it still costs much, finely."""
 CLOSE_POSTURES = 1600
 """So many random postures are looked at where the usual ones leave open whether too many are lost."""
-ROOM = 0.01
-"""A start is free if nothing that is checked is nearer than this, m."""
+LARGE = 10.0
+"""A mesh of a robot that is larger than this is probably not in metres, m."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +100,7 @@ def examine(
     known = _kept(mechanism, srdf, file, meshes, written, starts)
     pairs = FoundPairs(
         {frozenset((a, b)): why for a, b, why in known["left_out"]},
-        {frozenset((a, b)): distance for a, b, distance in known["distances"]},
+        {(i, j): distance for i, j, distance in known["distances"]},
     )
     bodies = _bodies(mechanism, written, meshes, known["decomposed"])
     return Examined(bodies, pairs, np.array(known["start"]), tuple(known["found"]))
@@ -164,7 +167,7 @@ def _look(
         after = look([*others, *(w for where in worst for w in tried[where] * [where])], best.lost.postures, LEAST_LOST)
         best = after if _is_better(after, best) else best
     decomposed, bodies, pairs, lost = best.decomposed, best.bodies, best.pairs, best.lost
-    start, why = _start(mechanism, bodies, pairs, starts, is_given=file.initial is not None)
+    start, why = free_start(mechanism, bodies, pairs, starts, is_given=file.initial is not None)
     found = [] if file.initial is not None else [f"Motions start at {why}."]
     if lost:
         if lost.share > MOST_LOST:
@@ -200,7 +203,7 @@ def _data(decomposed: Sequence[str], pairs: FoundPairs, start: Array, found: Seq
     return {
         "decomposed": list(decomposed),
         "left_out": [[*sorted(pair), why] for pair, why in pairs.left_out.items()],
-        "distances": [[*sorted(pair), distance] for pair, distance in pairs.distances.items()],
+        "distances": [[*pair, distance] for pair, distance in pairs.distances.items()],
         "start": start.tolist(),
         "found": list(found),
     }
@@ -236,6 +239,7 @@ def _bodies(
             raise InvalidInput(f"{where}.geometry.mesh.filename", str(file), str(error)) from error
         if made.swelling > MOST_SWELLING + 2.0 * THICKENED:
             warnings.warn(f"the body of {where} reaches {1e3 * made.swelling:.1f} mm out of its mesh", stacklevel=2)
+        warn_of_size(str(file), size_of(np.vstack(made.pieces)), LARGE)
         pieces[where] = made.pieces
     return collision_bodies(mechanism.model, mechanism.urdf, pieces)
 
@@ -247,31 +251,3 @@ def _asked_for(urdf: Urdf, file: RobotFile) -> list[str]:
             raise InvalidInput("decomposed", link, "links of the URDF")
     links = [urdf.links[name] for name in file.decomposed or ()]
     return [body.where for link in links for body in link.collisions if _is_mesh(body)]
-
-
-def _start(
-    mechanism: Mechanism,
-    bodies: pin.GeometryModel,
-    pairs: FoundPairs,
-    starts: Sequence[tuple[str, Array]],
-    is_given: bool,
-) -> tuple[Array, str]:
-    """Return the first place at which nothing that is checked touches, and what it is called.
-
-    Raises:
-        InvalidInput: If the place that is given is none, or nothing is.
-    """
-    links = [mechanism.model.frames[body.parentFrame].name for body in bodies.geometryObjects]
-    checked = [(i, j) for i, j in possible_pairs(bodies) if frozenset((links[i], links[j])) not in pairs.left_out]
-    room = np.array([pairs.distances.get(frozenset((links[i], links[j])), ROOM) for i, j in checked])
-    random = random_postures(mechanism.limits.lower, mechanism.limits.upper)
-    places = [*starts, *([] if is_given else [("a random posture, the first that is free", q) for q in random])]
-    touching = ""
-    for why, q in places:
-        seen = survey(mechanism.model, bodies, checked, q[None], mechanism.full_configuration)
-        apart = np.where(np.isinf(seen.distances[0]), NEAR, seen.distances[0])
-        if is_given or (apart > room).all():
-            return q, why
-        touching = touching or " and ".join(links[index] for index in checked[int(np.argmin(apart - room))])
-    valid = f"one at which nothing touches, by initial=...; at {places[0][0]} it is {touching}"
-    raise InvalidInput("initial", "not given", valid)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import coal
 import numpy as np
@@ -12,7 +12,8 @@ import pinocchio as pin
 from humanoid_rail._arrays import Array, triple
 from humanoid_rail.model.building import Mechanism
 from humanoid_rail.model.collision_bodies import coal_placement
-from humanoid_rail.model.hands import FINGER, moving_before
+from humanoid_rail.model.hands import FINGER, TOOL, moving_before
+from humanoid_rail.model.robot import Hand
 from humanoid_rail.model.urdf import Urdf
 
 ALONG = float(np.cos(np.radians(25.0)))
@@ -35,6 +36,47 @@ class HandShape:
     """The links with bodies that the origin of the frame is inside."""
 
 
+def hands_by_shape(
+    hands: Sequence[Hand],
+    found: Sequence[str],
+    mechanism: Mechanism,
+    bodies: pin.GeometryModel,
+    original: Urdf,
+    as_written: bool,
+) -> tuple[list[Hand], list[str]]:
+    """Return hands with the directions in which they point, and what was found of them, in sentences.
+
+    Args:
+        hands: The hands, each with a frame that is there.
+        found: How each was found; empty if it was given.
+        mechanism: How the joints move.
+        bodies: The bodies.
+        original: The URDF before joints were locked.
+        as_written: Whether nothing is to be found, as of a robot that was saved.
+    """
+    done, said = [], []
+    for hand, why in zip(hands, found, strict=True):
+        if why:
+            said.append(f"The hand {hand.name} is {hand.frame}, {why}.")
+        if as_written:
+            done.append(hand)
+            continue
+        shape, given = hand_shape(mechanism, bodies, original, hand.frame), hand.pointing
+        if given is None:
+            hand = replace(hand, pointing=shape.pointing or ((0.0, 0.0, 1.0) if TOOL.search(hand.frame) else None))
+        if given is None and hand.pointing is not None:
+            along = " ".join(f"{x:g}" for x in hand.pointing)
+            reason = "as its fingers do" if shape.pointing else "by custom, as no fingers say otherwise"
+            said.append(f"The hand {hand.name} points along {along} of {hand.frame}, {reason}.")
+        if shape.ahead > AHEAD and shape.pointing == hand.pointing:
+            said.append(f"The fingers of the hand {hand.name} end {shape.ahead:.2f} m in front of {hand.frame}.")
+        if shape.around and why:
+            around = ", ".join(shape.around)
+            said.append(f"The point of the hand {hand.name}, {hand.frame}, is inside of the body of {around}.")
+        done.append(hand)
+    return done, said
+
+
 def hand_shape(mechanism: Mechanism, bodies: pin.GeometryModel, original: Urdf, frame: str) -> HandShape:
     """Return what the bodies of a hand say of it.
 
@@ -49,7 +91,7 @@ def hand_shape(mechanism: Mechanism, bodies: pin.GeometryModel, original: Urdf, 
     """
     model = mechanism.model
     index = model.getFrameId(frame)
-    joint, placement = model.frames[index].parentJoint, model.frames[index].placement
+    joint, placement = model.frames[index].parentJoint, model.frames[index].placement.copy()
     own = [body for body in bodies.geometryObjects if body.parentJoint == joint]
     inside = dict.fromkeys(model.frames[b.parentFrame].name for b in own if _contains(b, placement.translation))
     arm = set(moving_before(original, frame))
@@ -60,7 +102,7 @@ def hand_shape(mechanism: Mechanism, bodies: pin.GeometryModel, original: Urdf, 
         if behind or FINGER.search(link):
             corners.append(np.array(list(_corners(body))))
             first = (behind[0], pin.FrameType.FIXED_JOINT) if behind else (link, pin.FrameType.BODY)
-            begins.append(model.frames[model.getFrameId(*first)].placement.translation)
+            begins.append(model.frames[model.getFrameId(*first)].placement.translation.copy())
     if not corners:
         return HandShape(None, 0.0, tuple(inside))
     ahead = np.mean([c.mean(axis=0) for c in corners], axis=0) - np.mean(begins, axis=0)

@@ -28,9 +28,11 @@ class FoundHand:
     name: str
     frame: str
     arm: tuple[str, ...]
+    """Joints of its arm; of one that was found, some may not move by themselves."""
     pointing: tuple[float, float, float] | None
     why: str
     """How it was found, for a report."""
+    is_arm_given: bool = False
 
 
 @dataclass(frozen=True)
@@ -80,7 +82,7 @@ def arm_of(urdf: Urdf, frame: str, others: Sequence[str]) -> tuple[str, ...]:
 
 
 def moving_before(urdf: Urdf, frame: str) -> tuple[str, ...]:
-    """Return the joints that move a frame, from the base outwards; followers as well.
+    """Return the joints that move a frame, from the base outwards: followers too, and the joints that these follow.
 
     Args:
         urdf: The robot.
@@ -92,9 +94,18 @@ def moving_before(urdf: Urdf, frame: str) -> tuple[str, ...]:
     while link in by_child:
         joint = by_child[link]
         if joint.kind != "fixed":
-            chain.append(joint.name)
+            chain += with_leaders(urdf, joint.name)
         link = joint.parent
-    return tuple(reversed(chain))
+    return tuple(dict.fromkeys(reversed(chain)))
+
+
+def with_leaders(urdf: Urdf, name: str) -> list[str]:
+    """Return a joint, the one that it follows, if any, the one that this follows, and so on."""
+    found, mimic = [name], urdf.joints[name].mimic
+    while mimic is not None:
+        found.append(mimic.joint)
+        mimic = urdf.joints[mimic.joint].mimic
+    return found
 
 
 def _runs(urdf: Urdf) -> Iterator[_Run]:

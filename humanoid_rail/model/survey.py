@@ -18,7 +18,10 @@ POSTURES = 400
 SEED = 0
 """Of the random postures: the same robot has the same ones."""
 NEAR = 0.02
-"""A pair that is nearer than this in each posture is one that is always near, m."""
+"""Distances are measured up to this, m."""
+ALWAYS_NEAR = 0.01
+"""Two bodies that are nearer than this in each posture are always near each other, m: the safety distance of
+:class:`humanoid_rail.Safety` unless another is asked for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +92,6 @@ def _unsigned() -> coal.DistanceRequest:
     """Return a request that does not measure how deep bodies are in each other, which takes long."""
     request = coal.DistanceRequest()
     request.enable_signed_distance = False
-    request.enable_nearest_points = False
     return request
 
 

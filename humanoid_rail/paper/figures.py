@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+import coal
 import numpy as np
+import pinocchio as pin
 from matplotlib import colormaps
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, MultipleLocator, NullFormatter, PercentFormatter, StrMethodFormatter
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.kinematics.kinematics import Kinematics
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.paper.cases import SweepPoint
-from humanoid_rail.scene.obstacles import Sphere
+from humanoid_rail.scene.obstacles import Box, Sphere
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.scene.targets import position
 from humanoid_rail.trajectory import Trajectory
@@ -23,41 +27,70 @@ from humanoid_rail.viewer.colours import hand_colour
 TORSO, OBSTACLE = "#3b4252", "#d6453d"
 LINES = (*(f"#{hand_colour(i):06x}" for i in range(4)), "#5b6470")
 HANDS = LINES[:2]
+DASHED = (0, (2, 0.6))
+AT_ENDS: dict[str, Any] = {"linewidth": 3.2, "markersize": 3}
+BETWEEN: dict[str, Any] = {"linewidth": 1.4, "markersize": 1.5, "alpha": 0.22}
+OUTLINE: dict[str, Any] = {"edgecolor": "black", "linewidth": 0.6}
 
 
 def motion_figure(robot: Robot, scene: Scene, trajectory: Trajectory, title: str) -> Figure:
-    """Return a picture of the first and the last configuration, the way between and the spheres (Figs 2, 5, 8).
+    """Return a picture of the first and the last configuration, the way between and obstacles (Figs 2, 5, 8).
 
-    Obstacles other than spheres are left out.
+    Links of a robot of capsules are the axes of these; those of others are lines from joint to joint. Obstacles other
+    than spheres and boxes are left out.
     """
-    figure = Figure(figsize=(7.5, 6.5), layout="constrained")
-    axes: Any = figure.add_subplot(projection="3d", computed_zorder=False)
+    figure = Figure(figsize=(7.5, 6.5))
+    # Room at the left for the label of z: layouts of matplotlib do not know of labels in space.
+    axes: Any = figure.add_axes((0.06, 0.0, 0.94, 0.94), projection="3d", computed_zorder=False)
     kinematics = Kinematics(robot)
     times = np.linspace(0.0, trajectory.duration, 7)
     for k, t in enumerate(times):
         at_end = k in (0, len(times) - 1)
-        for name, bone in zip(robot.link_names, kinematics.bones(trajectory.configuration(t)), strict=True):
-            colour = HANDS[0] if name.startswith("left") else HANDS[1] if name.startswith("right") else TORSO
-            style = (
-                {"linewidth": 3.2, "markersize": 3} if at_end else {"linewidth": 1.4, "markersize": 1.5, "alpha": 0.22}
-            )
-            axes.plot(*bone.T, color=colour, marker="o", linestyle="-" if k else (0, (2, 0.6)), **style)
-    for hand, colour, name in zip(np.moveaxis(trajectory.hands, 1, 0), HANDS, trajectory.hand_names, strict=False):
-        axes.plot(*hand.T, color=colour, linewidth=1.0, label=f"{name} hand")
+        for colour, bone in _bones(kinematics, trajectory.configuration(t)):
+            style = AT_ENDS if at_end else BETWEEN
+            axes.plot(*bone.T, color=colour, marker="o", linestyle="-" if k else DASHED, **style)
+    for i, name in enumerate(trajectory.hand_names):
+        hand, colour = trajectory.hands[:, i], HANDS[i % len(HANDS)]
+        axes.plot(*hand.T, color=colour, linewidth=1.0)
         for step in scene.steps:
             if (target := step[name]) is not None:
-                axes.scatter(*position(target), color=colour, marker="*", s=140, edgecolor="black", linewidth=0.6)
+                axes.scatter(*position(target), color=colour, marker="*", s=140, **OUTLINE)
     for obstacle in scene.obstacles:
         if isinstance(obstacle, Sphere):
             axes.plot_surface(*_sphere(obstacle), color=OBSTACLE, alpha=0.6, linewidth=0, shade=False)
-    axes.set(title=title, xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
+        elif isinstance(obstacle, Box):
+            axes.add_collection3d(
+                Poly3DCollection(_faces(obstacle), facecolor=OBSTACLE, edgecolor=OBSTACLE, alpha=0.15)
+            )
+    axes.zaxis.set_rotate_label(False)
+    axes.set(title=title, xlabel="x [m]", ylabel="y [m]")
+    axes.set_zlabel("z [m]", rotation=90)
     low, high = np.array(axes.get_w_lims()).reshape(3, 2).T
-    axes.set_box_aspect(high - low, zoom=1.2)
+    axes.set_box_aspect(high - low, zoom=1.12)
+    spacing = min((0.2, 0.5, 1.0), key=lambda apart: abs(apart - (high - low).max() / 6))
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
-        axis.set_major_locator(MultipleLocator(1.0))
-    axes.view_init(elev=22, azim=-152)
-    axes.legend(loc="upper right", frameon=False)
+        axis.set_major_locator(MultipleLocator(spacing))
+    faces_x = trajectory.hands[..., 0].mean() > kinematics.stick_figure(robot.initial)[0, 0]
+    axes.view_init(elev=22, azim=-28 if faces_x else -152)  # from in front
+    figure.legend(handles=_signs(trajectory.hand_names), loc="upper right", frameon=False, fontsize=9)
     return figure
+
+
+def _signs(hand_names: Sequence[str]) -> list[Line2D]:
+    """Return what the lines and marks of a picture of a motion mean."""
+    hands = [
+        Line2D([], [], color=HANDS[i % len(HANDS)], linewidth=3.2, label="arm" if name == "hand" else f"{name} arm")
+        for i, name in enumerate(hand_names)
+    ]
+    return [
+        *hands,
+        Line2D([], [], color=TORSO, linestyle=DASHED, label="start", **AT_ENDS),
+        Line2D([], [], color=TORSO, label="end", **AT_ENDS),
+        Line2D([], [], color=TORSO, label="between", **BETWEEN),
+        Line2D([], [], color=TORSO, linewidth=1.0, label="way of a hand"),
+        Line2D([], [], color="white", marker="*", markersize=12, markeredgecolor="black", label="target", linewidth=0),
+        Line2D([], [], color=OBSTACLE, marker="o", markersize=9, alpha=0.6, linewidth=0, label="obstacle"),
+    ]
 
 
 def clearance_figure(trajectory: Trajectory, title: str) -> Figure:
@@ -196,6 +229,31 @@ def _finish(axes: Any, trajectory: Trajectory, legend: bool = True) -> None:
     axes.grid(alpha=0.3)
     if legend:
         axes.legend(frameon=False)
+
+
+def _bones(kinematics: Kinematics, q: Array) -> Iterator[tuple[str, Array]]:
+    """Yield the lines (2, 3) that show the links, m, each with its colour: that of the hand, or the torso's."""
+    robot = kinematics.robot
+    if all(isinstance(body.geometry, coal.Capsule) for body in robot.collision_model.geometryObjects):
+        for name, bone in zip(robot.link_names, kinematics.bones(q), strict=True):
+            yield HANDS[0] if name.startswith("left") else HANDS[1] if name.startswith("right") else TORSO, bone
+        return
+    model, points = robot.model, kinematics.stick_figure(q)
+    colours = {joint: HANDS[i % len(HANDS)] for i, hand in enumerate(robot.hands) for joint in hand.arm}
+    for joint in range(1, model.njoints):
+        if parent := model.parents[joint]:
+            yield colours.get(model.names[joint], TORSO), points[[parent - 1, joint - 1]]
+    for i, hand in enumerate(robot.hands):
+        wrist = model.frames[model.getFrameId(hand.frame)].parentJoint
+        yield HANDS[i % len(HANDS)], points[[wrist - 1, model.njoints - 1 + i]]
+
+
+def _faces(box: Box) -> Array:
+    """Return the corners (6, 4, 3) of the faces of a box."""
+    square = np.array([[1, -1, -1], [1, 1, -1], [1, 1, 1], [1, -1, 1]]) / 2.0
+    turned = np.array([np.roll(side * square, axis, axis=1) for axis in range(3) for side in (1.0, -1.0)])
+    faces: Array = (turned * box.size) @ pin.rpy.rpyToMatrix(*box.rpy).T + box.center
+    return faces
 
 
 def _sphere(sphere: Sphere) -> Array:

@@ -4,8 +4,9 @@ RRT-Connect (Kuffner and LaValle 2000) grows a tree from the start and one from 
 it finds is shortened by OMPL's shortcutting. Configurations are measured in units of the speed limits, so that the
 length of a path is the time it takes at them.
 
-The same seed gives the same path, whatever happens in other threads: OMPL draws its seeds from one generator of the
-process, which is set before each call and kept for it. So threads wait for each other here; processes do not.
+The same seed gives the same path, whatever other threads plan: OMPL draws its seeds from one generator of the process,
+which is set before each call and kept for it. The setup of a space of configurations draws from it too, so it is done
+in the call. Threads wait for each other here; processes do not.
 """
 
 from __future__ import annotations
@@ -70,8 +71,8 @@ class _Motions(base.MotionValidator):  # type: ignore[misc]
 
 
 @contextmanager
-def _ompl(seed: int, deadline: float) -> Iterator[bool]:
-    """Have OMPL draw its random numbers from a seed and log nothing; False if it is in use until a deadline."""
+def _ompl(information: base.SpaceInformation, seed: int, deadline: float) -> Iterator[bool]:
+    """Set up a space, and have OMPL draw from a seed and log nothing; False if it is in use until a deadline."""
     left = deadline - time.perf_counter()
     if not _lock.acquire(timeout=min(max(left, 0.0), threading.TIMEOUT_MAX)):
         yield False
@@ -79,6 +80,9 @@ def _ompl(seed: int, deadline: float) -> Iterator[bool]:
     level = util.getLogLevel()
     util.setLogLevel(util.LOG_NONE)
     try:
+        # This draws random numbers too, for a projection of the space, and so it comes before the seed.
+        if not information.isSetup():
+            information.setup()
         util.RNG.setSeed(seed)
         yield True
     finally:
@@ -112,7 +116,6 @@ class Sampler:
         self._checks = _Checks(checker, units, lower, upper, deadline)
         self._information.setMotionValidator(_Motions(self._information, self._checks))
         self._information.setStateValidityChecker(self._checks.is_valid)
-        self._information.setup()
 
     @property
     def checks(self) -> int:
@@ -140,7 +143,7 @@ class Sampler:
         for state in states:
             region.addState(state)
         problem.setGoal(region)
-        with _ompl(seed, checks.deadline) as mine:
+        with _ompl(self._information, seed, checks.deadline) as mine:
             if not mine:
                 return None
             planner = geometric.RRTConnect(self._information)
@@ -160,7 +163,7 @@ class Sampler:
         shorter = geometric.PathGeometric(self._information)
         for q in path:
             shorter.append(self._state(q))
-        with _ompl(seed, self._checks.deadline) as mine:
+        with _ompl(self._information, seed, self._checks.deadline) as mine:
             if not mine:
                 return path
             simplifier = geometric.PathSimplifier(self._information)

@@ -11,6 +11,9 @@ from humanoid_rail.trajectory import Trajectory
 from humanoid_rail.viewer.closest_pairs import Closest, ClosestPairs, trace_clearance
 from humanoid_rail.viewer.colours import CLEARANCE_SCALE, CLOSEST_COLOUR, PENETRATION_COLOUR, hand_colour
 
+HINT = "hint"
+"""Class of the element that says how to use the page."""
+
 
 def caption(name: str, trajectory: Trajectory, pairs: ClosestPairs, closest: Sequence[Closest]) -> str:
     """Return the caption of a page.
@@ -40,7 +43,8 @@ def caption(name: str, trajectory: Trajectory, pairs: ClosestPairs, closest: Seq
         why,
         f"{line} closest: {described}" if described else "",
         f"{hands}{'' if trace_clearance(trajectory, pairs) is None else _legend(trajectory)}",
-        '<span style="color:#6b7684">Drag to turn, scroll to zoom; pause and time under Open Controls.</span>',
+        f'<span class="{HINT}" style="color:#6b7684">'
+        "Drag to turn, scroll to zoom; pause and time under Open Controls.</span>",
     ]
     return (
         '<div style="position:fixed;left:8px;top:6px;max-width:70vw;padding:6px 10px;border-radius:6px;'

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import suppress
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import meshcat.geometry as mg
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 from humanoid_rail._arrays import Array
 from humanoid_rail.geometry.mesh_files import Triangles, load, unit
 from humanoid_rail.viewer.colours import PLAIN, colour_of
+from humanoid_rail.viewer.mesh_colours import coloured_triangles
 from humanoid_rail.viewer.simplified import clustered
 
 CREASE = np.cos(np.radians(35.0))
@@ -68,9 +68,10 @@ def read_coloured(file: str, scale: Sequence[float]) -> list[Coloured]:
     scene, factor = load(file), unit(file)
     plain: dict[bytes, list[Coloured]] = {}
     found: list[Coloured] = []
-    for vertices, faces, colours in _parts(scene):
+    for vertices, faces, colours in coloured_triangles(scene):
         mesh = Triangles(factor * vertices * np.asarray(scale), faces)
-        part = Coloured(mesh, (255 * colours).round().astype(np.uint8))
+        shown = np.broadcast_to(PLAIN, (len(faces), 3, 4)) if colours is None else colours
+        part = Coloured(mesh, (255 * shown).round().astype(np.uint8))
         if (part.colours == part.colours[0, 0]).all():
             part = part._replace(colours=part.colours[0, 0])
             plain.setdefault(part.colours.tobytes(), []).append(part)
@@ -141,29 +142,3 @@ def _corner_normals(mesh: Triangles) -> Array:
     corners = np.empty_like(summed)
     corners[order] = np.where(length > 0, summed / np.maximum(length, 1e-30), normal[face])
     return corners.reshape(-1, 3, 3)
-
-
-def _parts(scene: Any) -> Iterator[tuple[Array, NDArray[np.int64], Array]]:
-    """Yield vertices, triangles and colours (m, 3, 4), from 0 to 1, of the meshes of a file, placed as it says."""
-    for node in scene.graph.nodes_geometry:
-        T, name = scene.graph[node]
-        geometry = scene.geometry[name]
-        if len(getattr(geometry, "faces", ())):
-            vertices, faces = np.asarray(geometry.vertices) @ T[:3, :3].T + T[:3, 3], np.asarray(geometry.faces)
-            yield vertices, faces.astype(np.int64), _corner_colours(geometry)
-
-
-def _corner_colours(geometry: Any) -> Array:
-    """Return the colours (m, 3, 4) of the corners of triangles, from 0 to 1."""
-    visual, faces = geometry.visual, np.asarray(geometry.faces)
-    colours: Array = np.array(PLAIN)
-    if visual.kind == "face":
-        colours = np.asarray(visual.face_colors)[:, None] / 255.0
-    elif visual.kind == "vertex":
-        colours = np.asarray(visual.vertex_colors)[faces] / 255.0
-    elif visual.kind == "texture":
-        colours = np.asarray(visual.material.main_color) / 255.0
-        # Without the picture or coordinates in it, the colour of the material is what there is.
-        with suppress(Exception):
-            colours = np.asarray(visual.to_color().vertex_colors).reshape(-1, 4)[faces] / 255.0
-    return np.broadcast_to(colours, (*faces.shape, 4))

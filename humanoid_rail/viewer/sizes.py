@@ -60,6 +60,6 @@ def _points(robot: Robot, data: pin.Data, visuals: Sequence[Visual]) -> Iterator
             for part in visual.shape:
                 yield part.vertices @ placement.rotation.T + placement.translation
         else:
-            yield bounds(PlacedShape(visual.shape, coal_placement(placement)))
+            yield corners(bounds(PlacedShape(visual.shape, coal_placement(placement))))
     for body in robot.collision_model.geometryObjects:
-        yield bounds(PlacedShape(body.geometry, coal_placement(data.oMi[body.parentJoint] * body.placement)))
+        yield corners(bounds(PlacedShape(body.geometry, coal_placement(data.oMi[body.parentJoint] * body.placement))))

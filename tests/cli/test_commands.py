@@ -5,12 +5,7 @@ from __future__ import annotations
 import json
 import re
 import signal
-import subprocess
-import sys
-import tomllib
-from importlib import import_module
 from pathlib import Path
-from pkgutil import iter_modules
 
 import click
 import numpy as np
@@ -18,7 +13,6 @@ import pytest
 from conftest import ROOT, plan
 from running import Ran, assert_bad_input, ran_without_engine, started
 
-import humanoid_rail.cli
 from humanoid_rail import (
     InvalidInput,
     Mesh,
@@ -31,15 +25,10 @@ from humanoid_rail import (
     verify,
     write_trajectory,
 )
-from humanoid_rail.cli import COMMANDS, commands
 from humanoid_rail.cli.console import run
 from humanoid_rail.io.plan_folder import read_plan, write_plan
 
 CSV_COLUMNS = 1 + 12 + 6
-LIGHT = {"click", "humanoid_rail", "lazy_loader"}
-"""All that the help of the command may import beside Python's own library."""
-BESIDE = {"console", "plan_folder_options", "plan_options", "report", "robot_options", "streams"}
-"""The modules of the command line that are no commands."""
 
 
 @pytest.fixture(scope="module")
@@ -62,69 +51,6 @@ def colliding(tmp_path_factory: pytest.TempPathFactory, robot: Robot, scene: Sce
     assert not trajectory.certified
     write_plan(trajectory, robot, scene, folder)
     return folder
-
-
-def test_the_help_lists_every_command_and_loads_nothing_for_it(tmp_path: Path) -> None:
-    code = """
-import sys
-before = set(sys.modules)
-from humanoid_rail.cli import main
-sys.argv = ["humanoid-rail", "--help"]
-try:
-    main()
-finally:
-    foreign = {name.partition(".")[0] for name in set(sys.modules) - before} - sys.stdlib_module_names
-    print(*sorted(foreign))
-"""
-    result = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)
-    *text, foreign = result.stdout.splitlines()
-    assert {"click", "humanoid_rail"} <= set(foreign.split()) <= LIGHT
-    listed = re.findall(r"^  (\w+)  +\S.*\.$", "\n".join(text).partition("Commands:")[2], re.MULTILINE)
-    assert listed == ["plan", "play", "verify", "export", "robot", "urdf"] == list(COMMANDS)
-
-
-def test_every_module_of_the_command_line_is_a_command_or_known_to_be_none() -> None:
-    modules = {module.name for module in iter_modules(humanoid_rail.cli.__path__)}
-    assert modules == set(COMMANDS) | BESIDE
-    for name in COMMANDS:
-        assert isinstance(import_module(f"humanoid_rail.cli.{name}").command, click.Command)
-
-
-@pytest.mark.parametrize("name", COMMANDS)
-def test_the_help_of_a_command_says_what_it_does_gives_examples_and_explains_every_option(name: str) -> None:
-    command = commands.get_command(click.Context(commands), name)
-    context = click.Context(command, info_name=name, max_content_width=120)
-    text = command.get_help(context)
-    assert len(command.help.splitlines()[0]) > 20
-    assert f"  humanoid-rail {name} " in text.partition("Examples:")[2]
-    for parameter in command.get_params(context):
-        if isinstance(parameter, click.Option):
-            assert len(parameter.help) > 10, parameter.name
-            assert len(re.findall(rf"^  .*{parameter.opts[0]}\b", text, re.MULTILINE)) >= 1, parameter.name
-            assert " ".join(text.split()).count(" ".join(parameter.help.split())) == 1, parameter.name
-    assert max(len(line) for line in text.splitlines()) <= 120
-
-
-@pytest.mark.parametrize("name", COMMANDS)
-def test_the_examples_of_the_help_are_commands(name: str) -> None:
-    command = commands.get_command(click.Context(commands), name)
-    for line in command.examples:
-        program, called, *arguments = re.findall(r"'([^']*)'|(\S+)", line)
-        assert (program[1], called[1]) == ("humanoid-rail", name)
-        command.make_context(name, [quoted or plain for quoted, plain in arguments])  # parses, and runs nothing
-
-
-def test_without_a_command_there_is_help(capfd: pytest.CaptureFixture[str]) -> None:
-    ran = Ran(capfd)
-    assert (ran.code, ran.err) == (0, "")
-    assert ran.out == Ran(capfd, "--help").out
-    assert Ran(capfd, "--version").out.startswith("humanoid_rail 0.")
-
-
-def test_the_console_command_is_that_of_the_module() -> None:
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    module, _, name = project["scripts"]["humanoid-rail"].partition(":")
-    assert getattr(import_module(module), name) is humanoid_rail.cli.main
 
 
 def test_bad_input_is_one_line_and_exit_2(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -279,38 +205,6 @@ def test_play_serves_the_plan_until_it_is_interrupted(folder: Path, tmp_path: Pa
     assert (process.returncode, errors) == (0, "")
 
 
-def test_urdf_prints_what_the_planner_has(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    assert Ran(capfd, "urdf").out == build_urdf()
-    thick = Ran(capfd, "urdf", "beta=1.0", "--link-radius", "0.08").out
-    assert thick == build_urdf(beta=1.0, link_radius=0.08) == Ran(capfd, "urdf", "link_radius=0.08", "beta=1").out
-    ran = Ran(capfd, "urdf", "--srdf", "-o", tmp_path / "new" / "robot.srdf")
-    assert (ran.code, ran.out) == (0, "")
-    expected = (ROOT / "robots" / "humanoid_rail.srdf").read_text(encoding="utf-8")
-    assert (tmp_path / "new" / "robot.srdf").read_text(encoding="utf-8") == expected
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["wings=2"], "wings is 2.0; valid: one of the xacro arguments beta, "),
-        (["beta"], "argument is 'beta'; valid: NAME=VALUE"),
-        (["beta=pi"], "argument is 'beta=pi'"),
-        (["beta=1", "beta=2"], "beta is '2'; valid: given once"),
-        (["link_radius=0.1", "--link-radius", "0.1"], "link_radius is '0.1'; valid: given once"),
-        (["--link-radius", "-1"], "link_radius is -1.0"),
-        (["--srdf", "beta=1"], "srdf is 'beta=1'"),
-        (["-o", "file/below"], "out is 'file/below'"),
-    ],
-)
-def test_bad_arguments_of_the_robot_are_one_line(
-    arguments: list[str], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "file").write_text("mine")
-    assert_bad_input(Ran(capfd, "urdf", *arguments), said)
-    assert (tmp_path / "file").read_text() == "mine"
-
-
 @pytest.mark.parametrize("format", ["csv", "npz", "ros-json", "ros-yaml"])
 def test_export_writes_one_file(format: str, folder: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / f"motion.{format}"
@@ -346,3 +240,15 @@ def test_export_says_what_it_cannot_write(folder: Path, tmp_path: Path, capfd: p
     assert_bad_input(Ran(capfd, *export, "csv"), "--out")
     assert_bad_input(Ran(capfd, *export, "csv", "-o", tmp_path), "out is ")
     assert not list(tmp_path.iterdir())
+
+
+def test_export_at_another_rate_is_the_same_motion(
+    folder: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    plan = read_plan(folder)
+    out = tmp_path / "fast.npz"
+    assert Ran(capfd, "export", str(folder), "--format", "npz", "--rate", "1000", "-o", str(out)).code == 0
+    with np.load(out) as arrays:
+        np.testing.assert_array_equal(arrays["q"], plan.trajectory.resample(1e-3).q)
+        assert np.isin(plan.trajectory.t, arrays["t"]).all()
+    assert_bad_input(Ran(capfd, "export", str(folder), "--format", "npz", "--rate", "0", "-o", str(out)), "rate is 0.0")

@@ -6,12 +6,11 @@ import csv
 import io
 import re
 import warnings
-from importlib import metadata
 from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import changed
+from conftest import changed, package_robot
 from mjcf_models import INERTIAL, mujoco, nothing, other_robot, still
 
 from humanoid_rail import (
@@ -22,9 +21,6 @@ from humanoid_rail import (
     Timing,
     Trajectory,
     export,
-    load_robot,
-    paper_scene,
-    plan_case,
     retime,
     robot_from_urdf,
 )
@@ -36,19 +32,8 @@ from humanoid_rail.kinematics.kinematics import Kinematics
 
 
 @pytest.fixture(scope="module")
-def motion(robot: Robot) -> Trajectory:
-    return retime(plan_case(robot, 3), robot, paper_scene())
-
-
-@pytest.fixture(scope="module")
 def panda() -> Robot:
-    try:
-        metadata.version("example-robot-data")
-    except metadata.PackageNotFoundError:
-        pytest.skip("the package example-robot-data is not installed")
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        return load_robot("example-robot-data:panda", initial=[0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785])
+    return package_robot("example-robot-data:panda", initial=[0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785])
 
 
 @pytest.fixture(scope="module")

@@ -23,17 +23,8 @@ from humanoid_rail import (
     Sphere,
     Trajectory,
     load_robot,
-    paper_scene,
-    plan_case,
-    retime,
     robot_from_urdf,
 )
-
-
-@pytest.fixture(scope="module")
-def motion(robot: Robot) -> Trajectory:
-    """The paper's third case, retimed."""
-    return retime(plan_case(robot, 3), robot, paper_scene())
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,6 @@ import re
 import warnings
 from collections.abc import Mapping
 from functools import cache
-from importlib import metadata
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,7 @@ import coal
 import numpy as np
 import pinocchio as pin
 import pytest
-from conftest import changed
+from conftest import changed, package_robot
 from mjcf_models import mujoco, nothing, placed, still
 
 from humanoid_rail import (
@@ -26,10 +25,6 @@ from humanoid_rail import (
     Timing,
     Trajectory,
     export,
-    load_robot,
-    paper_scene,
-    plan_case,
-    retime,
 )
 from humanoid_rail.geometry.mesh_files import load, unit
 from humanoid_rail.io.mujoco import player
@@ -57,19 +52,7 @@ ROBOTS: Mapping[str, tuple[str, Mapping[str, Any]]] = {
 @cache
 def loaded(name: str) -> Robot:
     source, fields = ROBOTS[name]
-    package = source.partition(":")[0]
-    try:
-        metadata.version(package)
-    except metadata.PackageNotFoundError:
-        pytest.skip(f"the package {package} is not installed")
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of limits and links without bodies
-        return load_robot(source, **fields)
-
-
-@pytest.fixture(scope="module")
-def motion(robot: Robot) -> Trajectory:
-    return retime(plan_case(robot, 3), robot, paper_scene())
+    return package_robot(source, **fields)
 
 
 @pytest.fixture(scope="module")

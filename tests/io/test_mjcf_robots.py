@@ -10,12 +10,7 @@ import pytest
 from mjcf_models import compiled, mujoco, nothing, other_robot, placed, still, text_of
 from scipy.spatial.transform import Rotation
 
-from humanoid_rail import InvalidInput, Robot, Trajectory, paper_scene, plan_case, retime, robot_from_urdf
-
-
-@pytest.fixture(scope="module")
-def motion(robot: Robot) -> Trajectory:
-    return retime(plan_case(robot, 3), robot, paper_scene())
+from humanoid_rail import InvalidInput, Robot, Trajectory, robot_from_urdf
 
 
 def changed_robot(pattern: str, replacement: str, count: int = 0) -> Robot:

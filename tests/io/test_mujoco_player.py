@@ -15,15 +15,9 @@ from conftest import ROOT, changed, rest_to_rest
 from mjcf_models import mujoco, nothing, other_robot, placed, still
 from scipy.interpolate import CubicHermiteSpline
 
-from humanoid_rail import Robot, Scene, Sphere, Trajectory, paper_scene, plan_case, retime
+from humanoid_rail import Robot, Scene, Sphere, Trajectory
 from humanoid_rail.io.export import export
 from humanoid_rail.io.mujoco.player import HOLD, control, load, play, start, step, track
-
-
-@pytest.fixture(scope="module")
-def motion(robot: Robot) -> Trajectory:
-    """The paper's third case, retimed."""
-    return retime(plan_case(robot, 3), robot, paper_scene())
 
 
 @pytest.fixture(scope="module")

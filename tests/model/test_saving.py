@@ -5,7 +5,6 @@ from __future__ import annotations
 import pickle
 import shutil
 from dataclasses import replace
-from importlib import metadata
 from itertools import combinations
 from pathlib import Path
 
@@ -13,7 +12,7 @@ import coal
 import pinocchio as pin
 import pytest
 import trimesh
-from conftest import ROOT
+from conftest import ROOT, package_robot
 from saved_robots import assert_same, load, write_robot
 
 from humanoid_rail import InvalidInput, Robot, load_robot, robots
@@ -154,10 +153,6 @@ def test_an_unknown_name_lists_the_robots() -> None:
 
 @pytest.mark.parametrize("name", ["panda", "baxter", "pr2"])
 def test_robots_of_a_package_are_the_same_elsewhere(name: str, tmp_path: Path) -> None:
-    try:
-        metadata.version("example-robot-data")
-    except metadata.PackageNotFoundError:
-        pytest.skip("example-robot-data is not installed")
-    robot = load_robot(f"example-robot-data:{name}")
+    robot = package_robot(f"example-robot-data:{name}")
     robot.save(tmp_path)
     assert_same(robot, load_robot(tmp_path), names=False)

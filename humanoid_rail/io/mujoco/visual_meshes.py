@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import warnings
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,7 +18,7 @@ from humanoid_rail.geometry.mesh_names import find_mesh
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.model.urdf import read_urdf
 from humanoid_rail.model.urdf_link import MeshFile, UrdfBody
-from humanoid_rail.viewer.colours import PLAIN
+from humanoid_rail.viewer.mesh_colours import coloured_triangles
 
 FOLDER = "meshes"
 """The files are in this folder of an export."""
@@ -135,18 +134,12 @@ def _with_area(corners: Array) -> Array:
 def _coloured(scene: Any) -> Iterator[tuple[tuple[float, ...] | None, Array]]:
     """Yield the triangles (m, 3, 3) of a mesh file, placed as it says, by colour."""
     by_colour: dict[tuple[float, ...] | None, list[Array]] = {}
-    for node in scene.graph.nodes_geometry:
-        T, name = scene.graph[node]
-        geometry = scene.geometry[name]
-        if not len(getattr(geometry, "faces", ())):
-            continue
-        corners = (np.asarray(geometry.vertices, float) @ T[:3, :3].T + T[:3, 3])[np.asarray(geometry.faces)]
-        if np.linalg.det(T[:3, :3]) < 0:
-            corners = corners[:, ::-1]
-        colours = _face_colours(geometry)
-        if colours is None:
+    for vertices, faces, of_corners in coloured_triangles(scene):
+        corners = vertices[faces]
+        if of_corners is None:
             by_colour.setdefault(None, []).append(corners)
             continue
+        colours = of_corners.mean(axis=1)
         distinct, which = np.unique(colours.round(3), axis=0, return_inverse=True)
         if len(distinct) > MOST_COLOURS:
             areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
@@ -156,25 +149,6 @@ def _coloured(scene: Any) -> Iterator[tuple[tuple[float, ...] | None, Array]]:
             by_colour.setdefault(tuple(colour.tolist()), []).append(corners[which.ravel() == k])
     for rgba, parts in by_colour.items():
         yield rgba, np.concatenate(parts)
-
-
-def _face_colours(geometry: Any) -> Array | None:
-    """Return the colours (m, 4) of triangles, from 0 to 1; None if they have none."""
-    visual, faces = geometry.visual, np.asarray(geometry.faces)
-    colours = np.array(PLAIN)
-    match visual.kind:
-        case "face":
-            colours = np.asarray(visual.face_colors) / 255.0
-        case "vertex":
-            colours = np.asarray(visual.vertex_colors)[faces].mean(axis=1) / 255.0
-        case "texture":
-            colours = np.asarray(visual.material.main_color) / 255.0
-            # Without the picture or coordinates in it, the colour of the material is what there is.
-            with suppress(Exception):
-                colours = np.asarray(visual.to_color().vertex_colors).reshape(-1, 4)[faces].mean(axis=1) / 255.0
-        case _:
-            return None
-    return np.broadcast_to(colours, (len(faces), 4))
 
 
 def _stl_bytes(corners: Array) -> bytes:
