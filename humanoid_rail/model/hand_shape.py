@@ -16,7 +16,7 @@ from humanoid_rail.model.hands import FINGER, TOOL, moving_before
 from humanoid_rail.model.robot import Hand
 from humanoid_rail.model.urdf import Urdf
 
-ALONG = float(np.cos(np.radians(25.0)))
+ALONG = float(np.cos(np.radians(40.0)))
 """Fingers point along an axis of the frame if the angle between them has at least this cosine."""
 AHEAD = 0.05
 """Fingers that end farther in front of the frame than this are worth a word, m."""
@@ -81,7 +81,7 @@ def hand_shape(mechanism: Mechanism, bodies: pin.GeometryModel, original: Urdf, 
     """Return what the bodies of a hand say of it.
 
     Fingers are bodies that move with the frame and hang on joints behind the arm in the original, or are called so.
-    They point from where they begin to their middle.
+    They point from the origins of their links to their middle.
 
     Args:
         mechanism: How the joints move.
@@ -98,11 +98,10 @@ def hand_shape(mechanism: Mechanism, bodies: pin.GeometryModel, original: Urdf, 
     corners, begins = [], []
     for body in own:
         link = model.frames[body.parentFrame].name
-        behind = [name for name in moving_before(original, link) if name not in arm] if link in original.links else []
-        if behind or FINGER.search(link):
+        is_behind_arm = link in original.links and not set(moving_before(original, link)) <= arm
+        if is_behind_arm or FINGER.search(link):
             corners.append(np.array(list(_corners(body))))
-            first = (behind[0], pin.FrameType.FIXED_JOINT) if behind else (link, pin.FrameType.BODY)
-            begins.append(model.frames[model.getFrameId(*first)].placement.translation.copy())
+            begins.append(model.frames[body.parentFrame].placement.translation.copy())
     if not corners:
         return HandShape(None, 0.0, tuple(inside))
     ahead = np.mean([c.mean(axis=0) for c in corners], axis=0) - np.mean(begins, axis=0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -82,10 +83,11 @@ def robot(*parts: str) -> str:
 BASE = link("base", '<box size="0.1 0.1 0.05"/>', 0.0)
 
 
-def loaded(urdf: str | Path, **more: object) -> Robot:
+def loaded(urdf: str | Path, **more: Any) -> Robot:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        return load_robot(urdf, **more)  # type: ignore[arg-type]
+        robot: Robot = load_robot(urdf, **more)
+        return robot
 
 
 def test_six_joints_without_anything_else() -> None:
