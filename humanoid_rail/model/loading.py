@@ -102,7 +102,8 @@ def _package(wanted: str) -> Path:
     """Return where the models of a package are.
 
     Raises:
-        InvalidInput: If it is not there, or in another version than wanted.
+        InvalidInput: If it is not there, or in a version outside the range wanted. Another version than the one that is
+            named by == is warned of: models seldom change, and the motion is proven for those that are there.
     """
     package: Requirement | None
     try:
@@ -113,6 +114,9 @@ def _package(wanted: str) -> Path:
         raise InvalidInput("package", wanted, "the name of a Python package, such as example-robot-data>=5")
     root, there = package_root(package.name), metadata.version(package.name)
     if not package.specifier.contains(there, prereleases=True):
+        if all(part.operator == "==" for part in package.specifier):
+            warnings.warn(f"package is {wanted!r}; its models are those of {package.name} {there} here", stacklevel=2)
+            return root
         raise InvalidInput("package", wanted, f"a version that is installed; there is {package.name} {there}")
     return root
 
