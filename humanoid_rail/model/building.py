@@ -214,7 +214,8 @@ def _check_hand(model: pin.Model, joint_names: Sequence[str], hand: Hand) -> Non
     if not isinstance(hand.frame, str) or sum(frame.name == hand.frame for frame in model.frames) != 1:
         raise InvalidInput(f"{where}.frame", hand.frame, "a frame of the URDF, with a name of its own")
     if not isinstance(hand.arm, tuple | list) or len(hand.arm) < 3:
-        raise InvalidInput(f"{where}.arm", hand.arm, "three joints or more: with fewer, eq. 3.4 is 0")
+        valid = "three joints that move or more; with fewer the manipulability (eq. 3.4) is always 0"
+        raise InvalidInput(f"{where}.arm", hand.arm, valid)
     for joint in hand.arm:
         if joint not in joint_names:
             raise InvalidInput(f"{where}.arm", joint, f"actuated joints: {', '.join(joint_names)}")

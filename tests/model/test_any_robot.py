@@ -163,3 +163,9 @@ def test_a_robot_with_a_link_world_gets_a_base() -> None:
     urdf = long_arm(more=f'{world}{stand}<link name="extra"/>{other}')
     robot = load_robot(urdf, hands=HAND, base={"xyz": [0.0, 0.0, 2.0]})
     assert robot.model.frames[robot.model.getFrameId("base")].placement.translation[2] == 2.0
+
+
+@pytest.mark.parametrize("names", [["j3"], ["j3", "j4"]])
+def test_an_arm_of_too_few_joints_that_move_is_refused(names: list[str]) -> None:
+    with pytest.raises(InvalidInput, match=r"hands\.tool\.arm is .*three joints that move or more"):
+        load_robot(long_arm(), hands={"tool": {"frame": "l5"}}, joints=names)
