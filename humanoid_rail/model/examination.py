@@ -90,7 +90,7 @@ def _given(
 ) -> dict[str, Any] | None:
     """Return what a robot file says if nothing has to be found out, as that of a robot that was saved; else None."""
     is_cut_as_said = file.decomposed is not None or not written
-    if not is_cut_as_said or file.initial is None or file.pairs.left_out is None or file.pairs.distances is None:
+    if not is_cut_as_said or file.initial is None or not file.pairs.complete:
         return None
     decomposed = _asked_for(mechanism.urdf, file)
     pieces = {where: _pieces(body, meshes, where in decomposed) for where, body in written.items()}
@@ -138,7 +138,7 @@ def _look(
         pieces = {where: _pieces(body, meshes, where in decomposed) for where, body in written.items()}
         bodies = collision_bodies(model, urdf, pieces)
         seen = survey(model, bodies, possible_pairs(bodies), postures, full)
-        pairs = find_pairs(model, bodies, urdf, srdf, seen, file.pairs)
+        pairs = find_pairs(model, bodies, urdf, srdf, None if file.pairs.complete else seen, file.pairs)
         if file.decomposed is not None or not written:
             break
         share, worst = _lost(mechanism, bodies, meshes, pairs, seen, decomposed)

@@ -44,6 +44,8 @@ def robot_of(file: RobotFile, folder: Path) -> Robot:
     original = read_urdf(source.urdf)
     srdf = parse_xml("srdf", source.srdf) if source.srdf is not None else None
     warn_of_unknown_names(srdf, original)
+    if file.pairs.complete and srdf is not None and srdf.find("disable_collisions") is not None:
+        warnings.warn("pairs.complete is true, so the pairs that the SRDF disables are not left out", stacklevel=3)
     entries = _hands(file, original, srdf)
     locked = _locked(file, original, [entry.frame for entry in entries])
     text, more = changed_urdf(original, _changes(file, original, locked))

@@ -102,12 +102,14 @@ class PairEntry(_OfRobot):
 
 
 class PairsEntry(_OfRobot):
-    """Pairs of links, instead of what is found by itself."""
+    """Pairs of links, beside those that are found by themselves."""
 
-    left_out: Annotated[tuple[PairEntry, ...], BeforeValidator(plain)] | None = None
-    """All pairs that are not checked; found by itself if not given."""
-    distances: Annotated[tuple[PairEntry, ...], BeforeValidator(plain)] | None = None
-    """Pairs with a distance of their own; found by itself if not given."""
+    left_out: Annotated[tuple[PairEntry, ...], BeforeValidator(plain)] = ()
+    """Pairs that are not checked, beside those that are found."""
+    distances: Annotated[tuple[PairEntry, ...], BeforeValidator(plain)] = ()
+    """Pairs with a distance of their own, beside those that are found."""
+    complete: bool = False
+    """Whether these are all: then none is looked for, nor taken from the SRDF. `robot.save` writes it."""
 
 
 class RobotFile(_OfRobot):

@@ -150,6 +150,7 @@ def _robot_file(robot: Robot, urdf: str, left_out: Mapping[frozenset[str], str])
         "locked_already": {name: float(x) for name, x in robot.locked.items()},
         "decomposed": [],
         "pairs": {
+            "complete": True,
             "left_out": [{"links": sorted(pair), "why": why} for pair, why in left_out.items()],
             "distances": [
                 {"links": [links[i], links[j]], "bodies": [numbers[i], numbers[j]], "distance": float(d)}
