@@ -33,6 +33,11 @@ class Hand:
     it points nowhere: then no target can ask for a direction."""
 
 
+def called(hand: str) -> str:
+    """Return what sentences call a hand by its name: the left hand, or the left_hand."""
+    return f"the {hand}" if "hand" in hand.lower() else f"the {hand} hand"
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Robot(FrozenArrays):
     """A robot whose joints follow its actuated ones linearly: q_full = S q + s0.
@@ -104,6 +109,14 @@ class Robot(FrozenArrays):
     def unchecked_pairs(self) -> tuple[UncheckedPair, ...]:
         """Pairs of links whose bodies are not checked against each other, or only in part, each with the reason."""
         return tuple(unchecked_pairs(self.link_names, self.self_collision_pairs, self.left_out))
+
+    @cached_property
+    def moving_bodies(self) -> tuple[bool, ...]:
+        """Whether any actuated joint moves each of the collision bodies."""
+        moved = {0: False}
+        for joint, parent in enumerate(list(self.model.parents)[1:], start=1):
+            moved[joint] = moved[parent] or bool(self.coupling[self.model.joints[joint].idx_v].any())
+        return tuple(moved[body.parentJoint] for body in self.collision_model.geometryObjects)
 
     @cached_property
     def links_without_body(self) -> tuple[str, ...]:
