@@ -16,7 +16,7 @@ from humanoid_rail.model.humanoid import RobotArguments, argument_parameters, bu
 from humanoid_rail.model.loading import robot_of
 from humanoid_rail.model.robot import Hand, Robot
 from humanoid_rail.model.robot_file import IN_FILES_ONLY, NAME, RobotFile, make_robot_file, read_robot_file
-from humanoid_rail.model.sources import SUFFIXES
+from humanoid_rail.model.sources import SUFFIXES, is_there
 
 FILES = (".yaml", ".yml", ".json")
 """Robot files have these endings."""
@@ -124,9 +124,7 @@ def _robot_file(source: object) -> Path | None:
     if not isinstance(source, Path) and (not isinstance(source, str) or "<" in source):
         return None
     path = Path(source)
-    if path.suffix in FILES:
-        return path
-    return path if path.is_dir() and (path / NAME).is_file() else None
+    return path if path.suffix in FILES or is_there(path / NAME) else None
 
 
 def _check_name(source: object) -> None:
@@ -137,7 +135,7 @@ def _check_name(source: object) -> None:
     """
     if not isinstance(source, str) or "<" in source or ":" in source or source.endswith("_description"):
         return
-    if Path(source).suffix not in SUFFIXES and not Path(source).exists():
+    if Path(source).suffix not in SUFFIXES and not is_there(source, Path.exists):
         valid = f"the path of a URDF, xacro or robot file, its text, PACKAGE:ROBOT, or one of {', '.join(robots())}"
         raise InvalidInput("robot", source, f"{valid}{did_you_mean(source, robots())}")
 
@@ -157,11 +155,11 @@ def _plain(name: str, value: Any) -> object:
         case "base", pin.SE3():
             return {"xyz": value.translation.tolist(), "rpy": pin.rpy.matrixToRpy(value.rotation).tolist()}
         case "packages", str() | Path():
-            return (str(value),)
+            return (str(Path(value).absolute()),)
         case "packages", _ if isinstance(value, Sequence):
             return tuple(str(Path(place).absolute()) for place in value)
-        case "srdf", Path():
-            return str(value)
+        case "srdf", Path() | str() if "<" not in str(value):
+            return str(Path(value).absolute())
         case _ if isinstance(value, np.ndarray):
             return value.tolist()
     return value

@@ -21,7 +21,7 @@ from humanoid_rail.model.pairs import choose_pairs
 from humanoid_rail.model.postures import MovingJoints, named_postures, starts
 from humanoid_rail.model.robot import Hand, Robot
 from humanoid_rail.model.robot_file import FULL_TURN, RobotFile
-from humanoid_rail.model.sources import SUFFIXES, Source, find_source, package_root
+from humanoid_rail.model.sources import SUFFIXES, Source, find_source, is_there, package_root
 from humanoid_rail.model.srdf_names import warn_of_unknown_names
 from humanoid_rail.model.urdf import Urdf, read_urdf
 from humanoid_rail.model.urdf_changes import Changes, changed_urdf, resting_place
@@ -119,7 +119,7 @@ def _path_or_text(said: str | None, root: Path) -> str | Path | None:
     """Return a path, unless what a robot file says is a text or the name of a robot."""
     if said is None or "<" in said:
         return said
-    is_file = Path(said).suffix in (*SUFFIXES, ".srdf") or (root / said).is_file()
+    is_file = Path(said).suffix in (*SUFFIXES, ".srdf") or is_there(root / said)
     return root / said if is_file else said
 
 

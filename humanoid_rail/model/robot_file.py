@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
@@ -44,7 +45,7 @@ Start = Annotated[
 
 def _in_words(value: object) -> object:
     """Take what the format does anyway, said in words, as nothing."""
-    return {} if isinstance(value, str) and value.startswith(ELSEWHERE) else value
+    return {} if isinstance(value, str) and re.fullmatch(rf"{ELSEWHERE}(?![.\d]).*", value) else value
 
 
 class _OfRobot(Frozen):
@@ -129,7 +130,7 @@ class RobotFile(_OfRobot):
     """The Python package whose models the robot is one of, such as `example-robot-data>=5`."""
     packages: Names = ()
     """Folders of ROS packages, or folders that hold them, relative to this file."""
-    xacro: dict[str, str | float | bool] = Field(default_factory=dict)
+    xacro: dict[str, str | int | float | bool] = Field(default_factory=dict)
     """Arguments of the xacro."""
     hands: dict[str, HandEntry] | None = None
     """The hands by name; found by itself if not given."""
@@ -172,8 +173,9 @@ def read_robot_file(path: str | Path) -> RobotFile:
     Raises:
         InvalidInput: If it is missing, is not YAML or no robot file; the error names the field.
     """
-    file = Path(path) / NAME if Path(path).is_dir() else Path(path)
+    file = Path(path)
     try:
+        file = file / NAME if file.is_dir() else file
         text = file.read_text(encoding="utf-8")
     except (OSError, ValueError) as error:
         raise InvalidInput("robot", str(file), f"a robot file that can be read ({error})") from None
