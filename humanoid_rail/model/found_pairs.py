@@ -101,14 +101,16 @@ def _bodies(links: Sequence[str], entry: PairEntry) -> list[tuple[int, int]]:
 
 
 def _disabled(srdf: Element | None) -> dict[frozenset[str], str]:
-    """Return the pairs that an SRDF disables, with the reason that it gives."""
-    found = {}
+    """Return the pairs that an SRDF disables and does not enable again, with the reason that it gives."""
+    found: dict[frozenset[str], str] = {}
     for pair in srdf.findall("disable_collisions") if srdf is not None else ():
         link, other = pair.get("link1"), pair.get("link2")
         if link is None or other is None:
             raise InvalidInput("srdf.disable_collisions", dict(pair.attrib), "link1 and link2")
         why = pair.get("reason")
         found[frozenset((link, other))] = f"{DISABLED} ({why})" if why else DISABLED
+    for pair in srdf.findall("enable_collisions") if srdf is not None else ():
+        found.pop(frozenset((pair.get("link1", ""), pair.get("link2", ""))), None)
     return found
 
 

@@ -140,9 +140,31 @@ def _check_name(source: object) -> None:
         raise InvalidInput("robot", source, f"{valid}{did_you_mean(source, robots())}")
 
 
-def _with(file: RobotFile, given: Mapping[str, object]) -> RobotFile:
-    data = {name: getattr(file, name) for name in file.model_fields_set}
+def _with(file: RobotFile, given: Mapping[str, Any]) -> RobotFile:
+    """Return a robot file with other fields. What it says of joints that these lock does not count any more."""
+    data: dict[str, Any] = {name: getattr(file, name) for name in file.model_fields_set}
+    moving, locked = given.get("joints"), {*_names(given, "locked"), *_names(given, "locked_joints")}
+
+    def moves(name: str) -> bool:
+        return name not in locked and (moving is None or name in moving)
+
+    if (moving is not None or locked) and not isinstance(moving, str):
+        if file.joints is not None:
+            data["joints"] = tuple(filter(moves, file.joints))
+        if isinstance(file.initial, Mapping):
+            data["initial"] = {name: x for name, x in file.initial.items() if moves(name)}
+        if moving is not None:
+            data["locked"] = {name: x for name, x in file.locked.items() if name not in moving}
+        data["hands"] = {
+            name: hand.model_copy(update={"arm": None if hand.arm is None else tuple(filter(moves, hand.arm))})
+            for name, hand in (file.hands or {}).items()
+        } or None
     return make_robot_file({**data, **given})
+
+
+def _names(given: Mapping[str, Any], field: str) -> Sequence[str]:
+    value = given.get(field, ())
+    return () if isinstance(value, str) else tuple(value)
 
 
 def _plain(name: str, value: Any) -> object:
