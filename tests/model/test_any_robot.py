@@ -194,9 +194,9 @@ def test_limits_that_are_given_are_those_of_locked_joints_too() -> None:
     with pytest.warns(UserWarning, match=r"limits\.j5: of no effect on motions"):
         robot = load_robot(long_arm(), hands=hand, locked={"j5": 1.8}, limits={"j5": {"upper": 2.0}})
     assert robot.locked["j5"] == 1.8
-    with pytest.warns(UserWarning), pytest.raises(InvalidInput, match=r"locked\.j5 is 1\.2.*-1\.5 to 1\.0"):
-        load_robot(long_arm(), hands=hand, locked={"j4": 0.0, "j5": 1.2}, limits={"j4": {}, "j5": {"upper": 1.0}})
-    with pytest.warns(UserWarning):
+    with pytest.raises(InvalidInput, match=r"locked\.j5 is 1\.2.*-1\.5 to 1\.0"):
+        load_robot(long_arm(), hands=hand, locked={"j5": 1.2}, limits={"j5": {"upper": 1.0}})
+    with pytest.warns(UserWarning, match=r"limits\.j5: of no effect on motions"):
         resting = load_robot(long_arm(), hands=hand, limits={"j5": {"lower": 0.4}})
     assert resting.locked["j5"] == 0.4
 
@@ -234,7 +234,7 @@ def test_what_an_srdf_says_in_vain_is_warned_of(text: str, match: str) -> None:
 
 @pytest.mark.parametrize("text", ["<foo/>", long_arm()])
 def test_what_is_no_srdf_is_refused(text: str) -> None:
-    with pytest.raises(InvalidInput, match=r"srdf is '<.*; valid: an SRDF"):
+    with pytest.raises(InvalidInput, match=r"srdf is .<.*; valid: an SRDF"):
         load_robot(long_arm(), hands=HAND, srdf=text)
 
 
