@@ -12,7 +12,7 @@ import pinocchio as pin
 from humanoid_rail._arrays import Array
 from humanoid_rail.errors import InvalidInput, did_you_mean
 from humanoid_rail.model.pairs import DISABLED, NO_JOINT
-from humanoid_rail.model.robot_file import PairEntry, PairsEntry
+from humanoid_rail.model.robot_file import DistanceEntry, PairsEntry
 from humanoid_rail.model.survey import ALWAYS_NEAR, POSTURES, Survey
 from humanoid_rail.model.urdf import Urdf
 
@@ -71,7 +71,7 @@ def find_pairs(
         if a.parentJoint == b.parentJoint and links[i] != links[j]
     }
     named = {_named(links, entry.links): entry.why for entry in given.left_out}
-    own = {pair: entry.distance or 0.0 for entry in given.distances for pair in _bodies(links, entry)}
+    own = {pair: entry.distance for entry in given.distances for pair in _bodies(links, entry)}
     if seen is None:
         return FoundPairs(left_out | named, own)
     left_out |= _reasons(links, urdf, srdf, seen, named)
@@ -88,7 +88,7 @@ def _named(links: Sequence[str], pair: tuple[str, str]) -> frozenset[str]:
     return frozenset(pair)
 
 
-def _bodies(links: Sequence[str], entry: PairEntry) -> list[tuple[int, int]]:
+def _bodies(links: Sequence[str], entry: DistanceEntry) -> list[tuple[int, int]]:
     """Return the bodies of two links that an entry of a robot file is about, by index."""
     _named(links, entry.links)
     of_links = [[i for i, link in enumerate(links) if link == name] for name in entry.links]

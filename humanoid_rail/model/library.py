@@ -81,8 +81,8 @@ def load_robot(source: str | Path | None = None, **arguments: Any) -> Robot:
         source: A URDF or xacro: its path or text. A robot file, or a folder with a `robot.yaml`. A name: one of
             `robots/` such as `"panda"`, `PACKAGE:ROBOT` for a model of an installed Python package such as
             `"example-robot-data:baxter"`, or `NAME_description` of `robot_descriptions`.
-        **arguments: With a source the fields of a robot file, which they replace: :class:`FileArguments` and
-            docs/robots.md describe them. Without, the arguments of the paper's robot: link lengths `l_*` (m), `beta`
+        **arguments: With a source the fields of a robot file, which they replace; docs/robots.md describes them.
+            Without, the arguments of the paper's robot: link lengths `l_*` (m), `beta`
             (rad), `link_radius` (m), limits `*_lower`, `*_upper`, `*_velocity`, `*_acceleration`, `*_effort` (m, rad,
             s, N, N m) and `density` (kg/m^3), for example ``link_radius=0.0``.
 
@@ -92,14 +92,15 @@ def load_robot(source: str | Path | None = None, **arguments: Any) -> Robot:
     """
     if source is None or source == PAPER:
         if wrong := [name for name in arguments if name in RobotFile.model_fields]:
-            raise InvalidInput(wrong[0], arguments[wrong[0]], f"beside the source of a robot; {PAPER} has its own")
+            valid = f"given with the source of a robot, such as load_robot('my.urdf', {wrong[0]}=...)"
+            raise InvalidInput(wrong[0], arguments[wrong[0]], valid)
         return paper_robot(build_urdf(**arguments))
     for name in arguments:
         known = [field for field in RobotFile.model_fields if field not in IN_FILES_ONLY]
         if name not in known:
-            valid = f"an argument of a robot file{did_you_mean(name, known)}: {', '.join(known)}"
+            valid = f"an argument that is one of {', '.join(known)}{did_you_mean(name, known)}"
             if name in xacro_arguments():
-                valid = f"without a source: it is an argument of the paper's robot. {valid}"
+                valid = f"an argument of the paper's robot alone, which has no source; here {', '.join(known)}"
             raise InvalidInput(name, arguments[name], valid)
     given = {name: _plain(name, value) for name, value in arguments.items()}
     if (path := _robot_file(source)) is not None:
@@ -170,8 +171,6 @@ def _names(given: Mapping[str, Any], field: str) -> Sequence[str]:
 def _plain(name: str, value: Any) -> object:
     """Return an argument as a robot file has it."""
     match name, value:
-        case "hands", Mapping():
-            return {hand: {"frame": entry} if isinstance(entry, str) else entry for hand, entry in value.items()}
         case "hands", _ if isinstance(value, Sequence) and all(isinstance(hand, Hand) for hand in value):
             return {hand.name: {"frame": hand.frame, "arm": hand.arm, "pointing": hand.pointing} for hand in value}
         case "base", pin.SE3():

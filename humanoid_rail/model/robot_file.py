@@ -65,6 +65,15 @@ class HandEntry(_OfRobot):
     """The direction in the frame in which the hand points; targets with `approach` need one."""
 
 
+HandOrFrame = Annotated[
+    HandEntry,
+    BeforeValidator(
+        lambda value: {"frame": value} if isinstance(value, str) else value, json_schema_input_type=HandEntry | str
+    ),
+]
+"""A hand, or its frame alone."""
+
+
 class LimitEntry(_OfRobot):
     """Limits of a joint, instead of those of the URDF. m, rad, s."""
 
@@ -90,15 +99,22 @@ class BaseEntry(_OfRobot):
 
 
 class PairEntry(_OfRobot):
-    """Two links."""
+    """Two links that are not checked against each other."""
+
+    links: Annotated[tuple[str, str], BeforeValidator(plain)]
+    """Their names."""
+    why: str = "left out by the robot file"
+    """Why they are left out."""
+
+
+class DistanceEntry(_OfRobot):
+    """Two links that are kept nearer to each other than others."""
 
     links: Annotated[tuple[str, str], BeforeValidator(plain)]
     """Their names."""
     bodies: Annotated[tuple[BodyNumber, BodyNumber], BeforeValidator(plain)] | None = None
     """Which of the bodies of each link a distance is about, counted from 0; all of both if not given."""
-    why: str = "left out by the robot file"
-    """Why they are left out."""
-    distance: Annotated[float, Field(ge=0.0)] | None = None
+    distance: Annotated[float, Field(ge=0.0)]
     """How far apart they are kept where that is less than the safety distance, m."""
 
 
@@ -107,7 +123,7 @@ class PairsEntry(_OfRobot):
 
     left_out: Annotated[tuple[PairEntry, ...], BeforeValidator(plain)] = ()
     """Pairs that are not checked, beside those that are found."""
-    distances: Annotated[tuple[PairEntry, ...], BeforeValidator(plain)] = ()
+    distances: Annotated[tuple[DistanceEntry, ...], BeforeValidator(plain)] = ()
     """Pairs with a distance of their own, beside those that are found."""
     complete: bool = False
     """Whether these are all: then none is looked for, nor taken from the SRDF. `robot.save` writes it."""
@@ -132,8 +148,8 @@ class RobotFile(_OfRobot):
     """Folders of ROS packages, or folders that hold them, relative to this file."""
     xacro: dict[str, str | int | float | bool] = Field(default_factory=dict)
     """Arguments of the xacro."""
-    hands: dict[str, HandEntry] | None = None
-    """The hands by name; found by itself if not given."""
+    hands: dict[str, HandOrFrame] | None = None
+    """The hands by name, or their frames; found by themselves if not given."""
     joints: Names | None = None
     """The joints that move; those that a hand needs if not given."""
     locked: Annotated[Positions, BeforeValidator(_in_words, json_schema_input_type=Positions | str)] = Field(

@@ -98,3 +98,28 @@ def test_locked_in_words_is_what_happens_anyway_and_nothing_else(tmp_path: Path)
         else:
             with pytest.raises(InvalidInput, match=r"locked is .*a mapping"):
                 load_robot(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (
+            {"limits": {"acceleration": {"j1": 8}}},
+            r"limits\.acceleration\.j1 is 8.*limits: \{JOINT: \{acc",
+        ),
+        ({"pairs": {"left_out": [["l0", "l1"]]}}, r"pairs\.left_out\[0\] is .*links: \[LINK, LINK\]"),
+        ({"pairs": {"distances": [{"links": ["l0", "l3"]}]}}, r"pairs\.distances\[0\]\.distance is missing"),
+        ({"pairs": {"distances": [{"links": ["l0", "l3"], "distance": -1}]}}, r"distance is -1; valid: a number, 0 or"),
+        ({"hands": "l5"}, r"hands is 'l5'; valid: a mapping: hands: \{NAME: \{frame: FRAME\}\}"),
+        ({"locked": "all"}, r"locked is 'all'; valid: a mapping: locked: \{JOINT: 0\.5\}"),
+        ({"link_radius": 0.1}, r"link_radius is 0\.1; valid: an argument of the paper's robot alone"),
+        ({"jonts": []}, r"jonts is \[\]; valid: an argument that is one of .*did you mean joints\?"),
+    ],
+)
+def test_errors_say_what_would_be_right(given: dict[str, object], said: str) -> None:
+    with pytest.raises(InvalidInput, match=said):
+        load_robot(long_arm(), **{"hands": HAND, **given})  # type: ignore[call-overload]
+
+
+def test_a_hand_may_be_its_frame_alone() -> None:
+    assert load_robot(long_arm(), hands={"hand": "l5"}).hands == load_robot(long_arm(), hands=HAND).hands
