@@ -19,7 +19,7 @@ from humanoid_rail.model.examination import examine
 from humanoid_rail.model.hands import FoundHand, arm_of, find_hands, moving_before, with_leaders
 from humanoid_rail.model.pairs import choose_pairs
 from humanoid_rail.model.postures import MovingJoints, named_postures, starts
-from humanoid_rail.model.robot import Hand, Robot
+from humanoid_rail.model.robot import Hand, Robot, called
 from humanoid_rail.model.robot_file import FULL_TURN, RobotFile
 from humanoid_rail.model.sources import SUFFIXES, Source, find_source, is_there, package_root
 from humanoid_rail.model.srdf_checks import check_srdf
@@ -151,7 +151,7 @@ def _hands(file: RobotFile, urdf: Urdf, srdf: Element | None) -> tuple[FoundHand
 def _found_hands(entries: Sequence[FoundHand]) -> Iterator[str]:
     for entry in entries:
         if entry.why:
-            yield f"The hand {entry.name} is {entry.frame}, {entry.why}."
+            yield f"T{called(entry.name)[1:]} is {entry.frame}, {entry.why}."
 
 
 def _hand(entry: FoundHand, mechanism: Mechanism) -> Hand:
@@ -264,6 +264,4 @@ def _warn_of_links(robot: Robot) -> None:
     for hand in robot.hands:
         joint = robot.model.frames[robot.model.getFrameId(hand.frame)].parentJoint
         if all(body.parentJoint != joint for body in robot.collision_model.geometryObjects):
-            warnings.warn(
-                f"the hand {hand.name} has no collision body: nothing on its last joint has one", stacklevel=2
-            )
+            warnings.warn(f"{called(hand.name)} has no collision body: nothing on its last joint has one", stacklevel=2)

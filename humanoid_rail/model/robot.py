@@ -186,6 +186,11 @@ class Robot(FrozenArrays):
 
         return report_of(self)
 
+    def unit_of(self, joint: str) -> str:
+        """Return the unit of a joint's position: m or rad."""
+        kind = self.model.joints[self.model.getJointId(joint)].shortname()
+        return "m" if kind.startswith("JointModelP") else "rad"
+
     def arm_columns(self, hand: Hand) -> list[int]:
         """Return the indices in q of the joints of a hand's arm."""
         return [self.joint_names.index(name) for name in hand.arm]
