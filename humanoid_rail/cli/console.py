@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from humanoid_rail._signals import END_ASKED
 from humanoid_rail.cli.streams import checked_output, set_up_process
 from humanoid_rail.errors import HumanoidRailError, InvalidInput
 
@@ -110,6 +111,7 @@ def _terminable() -> Iterator[None]:
     """Let the signals TERM and HUP raise, so that what is half done is cleared away. One that is ignored stays so."""
 
     def terminate(number: int, _frame: FrameType | None) -> None:
+        END_ASKED.set()
         raise _Terminated(number)
 
     signals = [s for s in (signal.SIGTERM, signal.SIGHUP) if signal.getsignal(s) is signal.SIG_DFL]
@@ -120,6 +122,7 @@ def _terminable() -> Iterator[None]:
     try:
         yield
     finally:
+        END_ASKED.clear()
         for s in signals:
             signal.signal(s, signal.SIG_DFL)
 

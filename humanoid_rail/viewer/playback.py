@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import signal
 import threading
-import time
 import webbrowser
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import TYPE_CHECKING
 
+from humanoid_rail._signals import END_ASKED
 from humanoid_rail.errors import EngineMissing
 
 # meshcat, SciPy and what draws with them are imported where they are used: the command line imports this module first.
@@ -72,8 +72,8 @@ def show(
         on_ready(view.url())
         if open_browser:
             webbrowser.open(view.url(), new=2)
-        while True:
-            time.sleep(0.5)
+        while not END_ASKED.wait(0.5):
+            pass
 
 
 def _closest_pairs(robot: Robot, scene: Scene, trajectory: Trajectory) -> ClosestPairs:
@@ -92,6 +92,7 @@ def _interruptible() -> Iterator[None]:
     """Let INT, TERM and HUP raise KeyboardInterrupt, INT also where a shell has it ignored, as for background jobs."""
 
     def interrupt(_signal: int, _frame: FrameType | None) -> None:
+        END_ASKED.set()
         raise KeyboardInterrupt
 
     signals = {signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM)}
@@ -101,5 +102,6 @@ def _interruptible() -> Iterator[None]:
     try:
         yield
     finally:
+        END_ASKED.clear()
         for s, handler in before.items():
             signal.signal(s, handler)
