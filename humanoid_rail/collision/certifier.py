@@ -80,7 +80,7 @@ def certify(
         links_without_body=robot.links_without_body,
         reason=reason,
         others_bound=_finite(found.others_bound) if some_own and reason is None else None,
-        only_own_distances=some_own and bool(np.isfinite(own).all()) and np.isinf(found.min_obstacles),
+        only_own_distances=some_own and bool(np.isfinite(own).all() and np.isinf(found.min_obstacles)),
     )
 
 

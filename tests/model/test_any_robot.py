@@ -151,10 +151,12 @@ def test_a_version_of_a_package_that_is_not_there_is_refused() -> None:
         there = metadata.version("example-robot-data")
     except metadata.PackageNotFoundError:
         pytest.skip("needs the package example-robot-data: humanoid_rail[robots]")
-    for wanted in (">=99", "==0.0.1", "<1,>2"):
+    for wanted in (">=99", "~=0.1", "<1,>2"):
         with pytest.raises(InvalidInput, match=f"a version that is installed; there is example-robot-data {there}"):
             load_robot(long_arm(), package=f"example-robot-data{wanted}")
     assert load_robot(long_arm(), package=f"example-robot-data >= 1, == {there}").n == 6
+    with pytest.warns(UserWarning, match=f"package is 'example-robot-data==0.0.1'; .* example-robot-data {there} here"):
+        assert load_robot(long_arm(), package="example-robot-data==0.0.1").n == 6
 
 
 def test_a_robot_with_a_link_world_gets_a_base() -> None:
