@@ -212,8 +212,7 @@ def _pivots(
 def _axis(model: pin.Model, data: pin.Data, joint: int) -> Array:
     """Return the axis (3,) of a revolute joint, of length 1, where the Jacobians of the joints are computed."""
     # Of a single joint Pinocchio has a flat array.
-    axis: Array = np.reshape(data.J, (6, model.nv))[3:, model.joints[joint].idx_v]
-    return axis
+    return np.array(np.reshape(data.J, (6, model.nv))[3:, model.joints[joint].idx_v])
 
 
 def _half(body: pin.GeometryObject) -> Array:
@@ -277,8 +276,7 @@ def _cut(body: pin.GeometryObject, pivot: Array, bar: _Bar, distance: float) -> 
 def _named(
     body: pin.GeometryObject, cut: tuple[coal.ShapeBase, pin.SE3], other: pin.GeometryObject
 ) -> pin.GeometryObject:
-    name = f"{body.name}{AWAY}{other.name}"
-    part = pin.GeometryObject(name, body.parentJoint, body.parentFrame, cut[1], cut[0])
+    part = pin.GeometryObject(f"{body.name}{AWAY}{other.name}", body.parentJoint, body.parentFrame, cut[1], cut[0])
     part.meshColor = body.meshColor
     return part
 
