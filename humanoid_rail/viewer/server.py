@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import signal
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -42,13 +44,29 @@ def served(page: str) -> Iterator[str]:
             """Print nothing."""
 
     try:
-        server = ThreadingHTTPServer((HOST, 0), Handler)
+        server = _Server((HOST, 0), Handler)
     except OSError as error:
         raise HumanoidRailError(f"the playback cannot be served at {HOST}: {error}") from error
-    server.daemon_threads = True
-    threading.Thread(target=server.serve_forever, daemon=True).start()
+    threading.Thread(target=_serve, args=(server,), daemon=True).start()
     try:
         yield f"http://{HOST}:{server.server_port}/"
     finally:
         server.shutdown()
         server.server_close()
+
+
+class _Server(ThreadingHTTPServer):
+    daemon_threads = True
+
+    def handle_error(self, request: object, client_address: object) -> None:
+        """Say nothing of a browser that goes away while it reads."""
+        if not isinstance(sys.exc_info()[1], ConnectionError):
+            super().handle_error(request, client_address)  # type: ignore[arg-type]
+
+
+def _serve(server: _Server) -> None:
+    """Answer requests; the threads that do inherit that SIGPIPE is blocked."""
+    if hasattr(signal, "SIGPIPE"):
+        # A command ends by it where nobody reads its output. A browser that goes away is no such end.
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGPIPE})
+    server.serve_forever()

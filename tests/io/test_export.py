@@ -171,11 +171,13 @@ def test_csv_and_npz_are_what_a_plan_is_kept_as(motion: Trajectory, robot: Robot
     with (tmp_path / "a.csv").open(newline="") as file:
         header, *rows = csv.reader(file)
     assert header[:13] == ["t", *robot.joint_names]
-    assert header[19:] == [f"{joint}_velocity" for joint in robot.joint_names]
+    kinds = ("velocity", "acceleration")
+    assert header[19:] == [f"{joint}_{kind}" for kind in kinds for joint in robot.joint_names]
     table = np.array(rows, float)
     np.testing.assert_array_equal(table[:, 1:13], motion.q)
     np.testing.assert_array_equal(table[:, 13:19], motion.hands.reshape(-1, 6))
-    np.testing.assert_array_equal(table[:, 19:], motion.timing.velocity)
+    np.testing.assert_array_equal(table[:, 19:31], motion.timing.velocity)
+    np.testing.assert_array_equal(table[:, 31:], motion.timing.acceleration)
     export(motion, robot, scene, "npz", tmp_path / "a.npz")
     with np.load(tmp_path / "a.npz") as arrays:
         np.testing.assert_array_equal(arrays["q"], motion.q)

@@ -73,8 +73,8 @@ def test_tables_have_the_joints_and_the_one_hand(panda: Robot, reach: tuple[Scen
     _, motion = reach
     (hand,) = panda.hand_names
     header, *rows = csv.reader(io.StringIO(csv_bytes(motion).decode()))
-    velocities = [f"{name}_velocity" for name in panda.joint_names]
-    assert header == ["t", *panda.joint_names, f"{hand}_x", f"{hand}_y", f"{hand}_z", *velocities]
+    rates = [f"{name}_{kind}" for kind in ("velocity", "acceleration") for name in panda.joint_names]
+    assert header == ["t", *panda.joint_names, f"{hand}_x", f"{hand}_y", f"{hand}_z", *rates]
     end = np.array(rows[-1], float)
     at = Kinematics(panda).hand_positions(end[1:8]).ravel()  # radians, as they are
     assert end[8:11] == pytest.approx(at, abs=1e-12)

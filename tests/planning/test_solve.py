@@ -122,7 +122,7 @@ def test_the_tasks_of_a_scene_are_what_plan_does(robot: Robot, free: Scene, meth
     np.testing.assert_array_equal(by_tasks.t, planned.t)
     np.testing.assert_array_equal(by_tasks.q, planned.q)
     assert by_tasks.reason == planned.reason
-    assert by_tasks.scene == "free"
+    assert by_tasks.provenance.scene == "free"
 
 
 @pytest.mark.parametrize("own", [False, True])

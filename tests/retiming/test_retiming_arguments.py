@@ -46,7 +46,7 @@ def test_what_is_not_a_trajectory_of_the_robot(robot: Robot, planned: Trajectory
     for arguments, field in (
         ((planned.q, robot, free), "trajectory"),
         ((planned, "robot", free), "robot"),
-        ((planned, robot, None), "scene"),
+        ((planned, robot, "free"), "scene"),
         ((changed(planned, joint_names=("a",) * robot.n), robot, free), "trajectory.joint_names"),
     ):
         with pytest.raises(InvalidInput) as caught:
