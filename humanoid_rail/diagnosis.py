@@ -93,9 +93,9 @@ class Diagnosis:
         said = " and ".join(hands) if hands else "the hands at their targets"
         if self.blocking:
             pair = self.blocking[0]
-            said += f", blocked by {pair.other} (at {pair.link})"
+            said += f", {pair.link} blocked by {pair.other}"
         if self.limits:
-            said += f"; {' and '.join(self.limits)}"
+            said += f", {' and '.join(self.limits)}"
         return said
 
     def summary(self) -> dict[str, Any]:

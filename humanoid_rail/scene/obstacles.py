@@ -24,7 +24,6 @@ from humanoid_rail._arrays import SHORTEST, frozen
 from humanoid_rail._validation import Angles, Frozen, Number, Positive, Size, Vector, plain
 from humanoid_rail.geometry.convex_decomposition import Pieces, convex_pieces
 
-
 LONGEST_NAME = 80
 """The name of an obstacle has at most so many characters."""
 
