@@ -76,6 +76,14 @@ def diagnose(unreached: Unreached, method: PlanningMethod, started: float) -> Di
     return _without_path(unreached, probe, best, goal, method)
 
 
+def in_one_line(diagnosis: Diagnosis) -> str:
+    """Return what a reason says of a diagnosis; nothing where only the end of a motion was looked at."""
+    if diagnosis.found_by == "motion" and not diagnosis.blocking and not diagnosis.remedies:
+        return ""
+    help_ = f"; what would help: {diagnosis.remedies[0].what}" if diagnosis.remedies else ""
+    return f"; nearest miss: {diagnosis.miss}{help_}"
+
+
 CUT_OFF = (Status.PLANNING_TIMEOUT, Status.TIME_LIMIT, Status.OVERRUN, Status.UNCERTIFIED)
 """Motions of these are only looked at where they end."""
 
@@ -107,9 +115,9 @@ def _without_path(unreached: Unreached, probe: Probe, best: Array, goal: Array, 
     pairs = blocking_on_edge(problem.native, best, goal, probe.kept)
     remedies = [
         by_auto(probe, tasks, method),
+        more_checks(probe, tasks, method),
         without_obstacles(probe, tasks, pairs),
         smaller_distance(probe, tasks, [goal]),
-        more_checks(probe, tasks, method),
     ]
     return _diagnosis(unreached, best, by, pairs, (), remedies, probe.solves)
 

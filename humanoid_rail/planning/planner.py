@@ -16,7 +16,7 @@ from humanoid_rail.kinematics.joint_limits import limit_violations, sampled
 from humanoid_rail.kinematics.state import KinematicsModel
 from humanoid_rail.kinematics.task_stack import count_rows
 from humanoid_rail.model.robot import Robot
-from humanoid_rail.planning.diagnosing import diagnose
+from humanoid_rail.planning.diagnosing import diagnose, in_one_line
 from humanoid_rail.planning.methods import as_method
 from humanoid_rail.planning.options import PlanningMethod
 from humanoid_rail.planning.segments import Segments, Unreached, joined, plan_segments, segment_problem
@@ -109,14 +109,12 @@ def _result(
     certificate = None if why_no_engine() else certify(robot, scene.obstacles, motion.t, motion.q)
     certified = time.perf_counter()
     status, reason = judged(certificate, method.kept_distance, motion.status, motion.reason)
-    if status is not Status.REACHED:
-        reason += _held(robot) + size_hint(robot, method, status)
     planning_time, diagnosis = time.perf_counter() - started, None
     if segments.unreached is not None and certificate is not None:
         diagnosis = diagnose(segments.unreached, method, started)
-        reason += f"; nearest miss: {diagnosis.miss}"
-        if diagnosis.remedies:
-            reason += f"; what would help: {diagnosis.remedies[0].what}"
+        reason += in_one_line(diagnosis)
+    if status is not Status.REACHED:
+        reason += _held(robot) + size_hint(robot, method, status)
     verdict = Verdict(
         status=status,
         reason=reason,

@@ -53,7 +53,7 @@ class Probe:
         self.solves = self.plans = 0
         self.starts = [*near, *islice(seeds(self.robot, problem.q, np.random.default_rng(0)), STARTS)]
         chosen = method if isinstance(method, Auto) else Auto(safety_distance=self.kept, tolerance=0.01)
-        self._method = replace(chosen, max_edge_checks=PLAN_CHECKS, gain=1.0)
+        self._method = replace(chosen, gain=1.0)
         self._solvers: dict[tuple[int, int], InverseKinematics] = {}
 
     @property
@@ -112,12 +112,13 @@ class Probe:
         *,
         robot: Robot | None = None,
         obstacles: tuple[Obstacle, ...] | None = None,
+        max_edge_checks: int = PLAN_CHECKS,
     ) -> bool:
-        """Return whether `auto` finds a path to tasks from where the problem starts, within few edge checks."""
+        """Return whether `auto` finds a path to tasks from where the problem starts, within so many edge checks."""
         if self.plans >= MAX_PLANS or time.perf_counter() > self.deadline:
             return False
         self.plans += 1
-        problem, method = self.problem, self._method
+        problem, method = self.problem, replace(self._method, max_edge_checks=max_edge_checks)
         scene = problem.scene if obstacles is None else problem.scene.model_copy(update={"obstacles": obstacles})
         if safety_distance is not None:
             method = replace(method, safety_distance=safety_distance)

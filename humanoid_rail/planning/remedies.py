@@ -12,7 +12,7 @@ from humanoid_rail.kinematics.task import DirectionTask, PointTask, Task
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.methods import Auto
 from humanoid_rail.planning.options import PlanningMethod
-from humanoid_rail.planning.probe import PLAN_CHECKS, Probe, hand_of, hands_with_targets, target_of
+from humanoid_rail.planning.probe import Probe, hand_of, hands_with_targets, target_of
 from humanoid_rail.scene.obstacles import name_of
 
 PLANNED, POSTURE = "planned", "posture"
@@ -23,6 +23,8 @@ LEAST_DISTANCE = 1e-3
 """No smaller safety distance than this is proposed, m."""
 MOST_NAMES = 4
 """Of obstacles that would have to go so many are named."""
+MORE_CHECKS = 5000
+"""Where fewer edge checks than this were allowed, it is tried out with so many."""
 ALONE = 2
 """So many obstacles are left out one at a time before all that are in the way are."""
 
@@ -94,11 +96,13 @@ def by_auto(probe: Probe, tasks: Sequence[Task], method: PlanningMethod) -> Reme
 
 
 def more_checks(probe: Probe, tasks: Sequence[Task], method: PlanningMethod) -> Remedy | None:
-    """Return that more edges may be checked; None if so many were allowed that a plan is not tried out with more."""
-    if not isinstance(method, Auto) or method.max_edge_checks >= PLAN_CHECKS or not probe.is_planned(tasks):
+    """Return that more edges are checked; None if so many were allowed that it is not tried out with more."""
+    if not isinstance(method, Auto) or method.max_edge_checks >= MORE_CHECKS:
         return None
-    said = f"allow more edge checks: max_edge_checks = {PLAN_CHECKS} instead of {method.max_edge_checks}"
-    return Remedy(said, PLANNED, option=("max_edge_checks", PLAN_CHECKS))
+    if not probe.is_planned(tasks, max_edge_checks=MORE_CHECKS):
+        return None
+    said = f"allow more edge checks: max_edge_checks = {MORE_CHECKS} instead of {method.max_edge_checks}"
+    return Remedy(said, PLANNED, option=("max_edge_checks", MORE_CHECKS))
 
 
 def _turns(task: Task) -> bool:
