@@ -89,7 +89,9 @@ class Diagnosis:
     @property
     def miss(self) -> str:
         """The nearest miss and what blocks there, in one line."""
-        hands = [f"the {miss.hand} hand {miss.distance:.3g} m from its target" for miss in self.misses if _counts(miss)]
+        hands = [
+            f"the {miss.hand} hand {length(miss.distance)} m from its target" for miss in self.misses if _counts(miss)
+        ]
         said = " and ".join(hands) if hands else "the hands at their targets"
         if self.blocking:
             pair = self.blocking[0]
@@ -104,6 +106,11 @@ class Diagnosis:
         for miss, own in zip(data["misses"], self.misses, strict=True):
             miss["distance"] = own.distance
         return data
+
+
+def length(value: float) -> str:
+    """Return a length in m with three digits, or whole metres where it is long."""
+    return f"{value:.3g}" if value < 100.0 else f"{value:.0f}"
 
 
 SHORT = 1e-3

@@ -23,7 +23,7 @@ from humanoid_rail.search.goal_sampler import seeds
 
 MAX_SOLVES = 3000
 """Inverse kinematics is called at most this often for one diagnosis."""
-MANY_BODIES = 500
+MANY_BODIES = 5000
 """From so many pairs of a link and a convex obstacle on, it is called less often: a call takes longer."""
 STARTS = 24
 """Configurations are looked for from this many places beside those that are near."""

@@ -50,10 +50,8 @@ def reach_miss(probe: Probe, tasks: Sequence[Task]) -> ReachMiss:
     hands = hands_with_targets(tasks)
     far = [h for h in hands if probe.posture([t for t in tasks if hand_of(t) == h], -np.inf) is None]
     # Where each target is in reach alone, that of the hand is moved that has to go less far.
-    choices = [far] if far else [[hand] for hand in hands]
-    found = [_least(probe, tasks, moving) for moving in choices]
-    least = min(found, key=lambda one: one.error) if found else _least(probe, tasks, [])
-    moving = choices[found.index(least)] if found else []
+    choices = [far] if far else [[hand] for hand in hands] or [[]]
+    moving, least = min(((some, _least(probe, tasks, some)) for some in choices), key=lambda one: one[1].error)
     limits = _limits(probe.robot, least)
     remedies = [
         _moved(probe, tasks, moving, least.q),

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from humanoid_rail._arrays import Array
-from humanoid_rail.diagnosis import BlockingPair, Remedy, Vector
+from humanoid_rail.diagnosis import BlockingPair, Remedy, Vector, length
 from humanoid_rail.kinematics.task import DirectionTask, PointTask, Task
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.methods import Auto
@@ -112,9 +112,9 @@ def _turns(task: Task) -> bool:
 def _by(old: Vector, new: Vector) -> str:
     """Say where a target goes: along an axis where it is one, and where it is then."""
     shift = np.subtract(new, old)
-    length = float(np.linalg.norm(shift))
+    distance = float(np.linalg.norm(shift))
     main = int(np.abs(shift).argmax())
     to = f"to ({', '.join(f'{x:.4g}' for x in new)})"
     if np.count_nonzero(np.abs(shift) > 1e-9) == 1:
-        return f"{length:.3g} m along {'-' if shift[main] < 0 else '+'}{'xyz'[main]}, {to}"
-    return f"by {length:.3g} m, {to}"
+        return f"{length(distance)} m along {'-' if shift[main] < 0 else '+'}{'xyz'[main]}, {to}"
+    return f"by {length(distance)} m, {to}"
