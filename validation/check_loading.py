@@ -76,12 +76,9 @@ def load(name: str) -> dict[str, object]:
     hands = ", ".join(f"{hand.name} {hand.frame} ({len(hand.arm)})" for hand in robot.hands)
     start = next((said for said in robot.assumed if said.startswith("Motions start")), "")
     lost = next((said for said in robot.assumed if "random postures that are free" in said), "")
-    cut = sum("_" in body.name.removeprefix(f"{link}_") for body, link in _bodies(robot))
+    bodies = zip(robot.collision_model.geometryObjects, robot.link_names, strict=True)
+    cut = sum("_" in body.name.removeprefix(f"{link}_") for body, link in bodies)
     return {"loaded": [*took, robot.n, hands, robot.collision_model.ngeoms, cut, len(said), f"{start} {lost}".strip()]}
-
-
-def _bodies(robot):
-    return zip(robot.collision_model.geometryObjects, robot.link_names, strict=True)
 
 
 if __name__ == "__main__":

@@ -21,12 +21,14 @@ from humanoid_rail.geometry.plane_cuts import LEAST_SAVED, MOST, plane_cuts
 from humanoid_rail.geometry.simple_hull import SimpleHull, simple_hull
 from humanoid_rail.geometry.solids import size_of
 
-VERSION = 2
+VERSION = 3
 """Of what is kept on disk: higher whenever the same mesh gives other bodies."""
 MOST_SWELLING = 2e-3
 """A hull reaches out of the true one by no more than this, m."""
 SWELLING = 0.01
 """Nor by more than this, relative to its size..."""
+FINE = 0.25
+"""Finely cut meshes swell by this share of what others may."""
 LEAST_SWELLING = 1e-4
 """...unless that is less than this, m."""
 THINNEST = 1e-5
@@ -35,8 +37,6 @@ THICKENED = 5e-5
 """A flat mesh gets this much on both sides, m."""
 CONVEX = 0.99
 """A closed mesh that fills this share of its hull is convex enough to be one piece."""
-CUT = (MOST, LEAST_SAVED)
-"""What the key of a mesh that is cut has beside that of its hull."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,38 +71,58 @@ def mesh_hull(file: str | Path, scale: float | Sequence[float] | Array) -> MeshB
     return _kept(kept) or _keep(_hull_of(_read(file, factors)), kept)
 
 
-def mesh_pieces(file: str | Path, scale: float | Sequence[float] | Array) -> MeshBodies:
-    """Return a mesh cut into convex bodies of few vertices each.
-
-    Planes cut it where the hulls of both sides are smallest; each triangle of the mesh is in the pieces by construction
-    (see :func:`~humanoid_rail.geometry.plane_cuts.plane_cuts`), and each piece is simplified as a hull is by
-    :func:`mesh_hull`. A convex or flat mesh is one piece. The result is kept in the user's cache folder.
+def saved_hull(file: str | Path, scale: float | Sequence[float] | Array) -> MeshBodies:
+    """Return the convex hull of a mesh with all its vertices, as of a body that was made before and saved.
 
     Args:
         file: As of :func:`mesh_hull`.
         scale: As of :func:`mesh_hull`.
 
     Raises:
+        ValueError: If the file is not a mesh that is thicker than a plane, or the scale not one.
+    """
+    mesh = _read(file, _factors(scale))
+    if _is_flat(mesh.vertices):
+        raise ValueError("a mesh that is not flat, as it was saved")
+    return MeshBodies((frozen(mesh.vertices[np.sort(ConvexHull(mesh.vertices).vertices)]),), 0.0, 1.0)
+
+
+def mesh_pieces(file: str | Path, scale: float | Sequence[float] | Array, fine: bool = False) -> MeshBodies:
+    """Return a mesh cut into convex bodies of few vertices each.
+
+    Planes cut it where the hulls of both sides are smallest; each triangle of the mesh is in the pieces by construction
+    (see :func:`~humanoid_rail.geometry.plane_cuts.plane_cuts`), and each piece is simplified as a hull is by
+    :func:`mesh_hull`, to less swelling if they are fine. A convex or flat mesh is one piece. The result is kept in the
+    user's cache folder.
+
+    Args:
+        file: As of :func:`mesh_hull`.
+        scale: As of :func:`mesh_hull`.
+        fine: Whether it is cut into more pieces.
+
+    Raises:
         ValueError: If the file is not a mesh, or the scale not one; the message says what would be valid.
     """
     factors = _factors(scale)
-    kept = cache_folder("mesh_bodies") / f"{_key(file, factors, CUT)}.npz"
+    kept = cache_folder("mesh_bodies") / f"{_key(file, factors, (MOST[fine], LEAST_SAVED[fine]))}.npz"
     if (found := _kept(kept)) is not None:
         return found
     mesh = _read(file, factors)
-    whole = _hull_of(mesh)
+    swelling = FINE if fine else 1.0
+    whole = _hull_of(mesh, swelling)
     volume = enclosed_volume(mesh)
     if _is_flat(mesh.vertices) or (volume is not None and whole.hull_share >= CONVEX):
         return _keep(whole, kept)
-    hulls = sorted(map(_hull_around, plane_cuts(mesh)), key=lambda hull: -float(ConvexHull(hull.vertices).volume))
+    hulls = [_hull_around(points, swelling) for points in plane_cuts(mesh, fine)]
+    hulls.sort(key=lambda hull: -float(ConvexHull(hull.vertices).volume))
     outer = [hull for i, hull in enumerate(hulls) if not is_inside(hull.vertices, [h.vertices for h in hulls[:i]])]
     pieces = tuple(frozen(hull.vertices) for hull in outer)
     return _keep(MeshBodies(pieces, max(hull.swelling for hull in outer), whole.hull_share), kept)
 
 
-def _hull_of(mesh: Triangles) -> MeshBodies:
+def _hull_of(mesh: Triangles, swelling: float = 1.0) -> MeshBodies:
     """Return the simple hull of a mesh that is in order."""
-    hull = _hull_around(mesh.vertices)
+    hull = _hull_around(mesh.vertices, swelling)
     share, volume = 1.0, None if _is_flat(mesh.vertices) else enclosed_volume(mesh)
     if volume is not None:
         with suppress(QhullError):  # flat in relation to its size
@@ -110,9 +130,14 @@ def _hull_of(mesh: Triangles) -> MeshBodies:
     return MeshBodies((frozen(hull.vertices),), hull.swelling, share)
 
 
-def _hull_around(points: Array) -> SimpleHull:
-    """Return the simple hull of points (n, 3), thickened where they are flat."""
-    most = min(MOST_SWELLING, max(LEAST_SWELLING, SWELLING * size_of(points)))
+def _hull_around(points: Array, swelling: float) -> SimpleHull:
+    """Return the simple hull of points (n, 3), thickened where they are flat.
+
+    Args:
+        points: In m.
+        swelling: The share of the usual swelling that is allowed.
+    """
+    most = swelling * min(MOST_SWELLING, max(LEAST_SWELLING, SWELLING * size_of(points)))
     extents, axes = _extents(points)
     flat = extents < THINNEST
     if not flat.any():

@@ -17,15 +17,15 @@ from humanoid_rail._arrays import Array
 from humanoid_rail.geometry.mesh_files import Triangles
 from humanoid_rail.geometry.solids import size_of
 
-MOST = 24
-"""A mesh is cut into no more pieces than this."""
-LEAST_SAVED = 0.005
-"""A cut saves at least this share of the volume of the whole hull."""
+MOST = (8, 24)
+"""A mesh is cut into no more pieces than this, roughly and finely."""
+LEAST_SAVED = (0.02, 0.005)
+"""A cut saves at least this share of the volume of the whole hull, roughly and finely."""
 LARGE = 0.1
 """Pieces whose hull has this share of that volume are cut twice if one cut alone saves nothing."""
-POSITIONS = 8
+POSITIONS = 6
 """The extent of a piece along an axis is divided into so many parts: planes are tried between them."""
-COARSE = 0.015
+COARSE = 0.03
 """Planes are chosen for a mesh whose vertices are in the middles of cells of this size, relative to the mesh."""
 
 
@@ -40,29 +40,31 @@ class _Piece(NamedTuple):
     """The triangles on both sides; none if no plane cuts it."""
 
 
-def plane_cuts(mesh: Triangles) -> list[Array]:
+def plane_cuts(mesh: Triangles, fine: bool = False) -> list[Array]:
     """Return sets of points (n, 3) such that each triangle of a mesh is in the hulls of these sets together, m.
 
     Args:
         mesh: A surface, open or closed, that is not flat.
+        fine: Whether it is cut into more pieces.
     """
     cell, whole = COARSE * size_of(mesh.vertices), _volume(mesh.vertices)
-    pieces = [_piece(mesh.corners, cell, whole)]
-    while len(pieces) < MOST:
+    least, large = LEAST_SAVED[fine] * whole, LARGE * whole
+    pieces = [_piece(mesh.corners, cell, least, large)]
+    while len(pieces) < MOST[fine]:
         worst = max(range(len(pieces)), key=lambda i: pieces[i].saved)
-        if pieces[worst].saved < LEAST_SAVED * whole:
+        if pieces[worst].saved < least:
             break
-        pieces[worst : worst + 1] = [_piece(side, cell, whole) for side in pieces[worst].sides]
+        pieces[worst : worst + 1] = [_piece(side, cell, least, large) for side in pieces[worst].sides]
     return [np.unique(piece.triangles.reshape(-1, 3), axis=0) for piece in pieces]
 
 
-def _piece(triangles: Array, cell: float, whole: float) -> _Piece:
-    """Return a piece with the cut that saves most: alone, or if that is little, with the cuts of both sides after it."""
+def _piece(triangles: Array, cell: float, least: float, large: float) -> _Piece:
+    """Return a piece with the cut that saves most: alone, or if that is little, with those of both sides after it."""
     points, edges = _coarse(triangles, cell)
     volume = _volume(points)
     saved, plane = _best_plane(points, edges, volume)
     sides = _cut(triangles, *plane) if plane else ()
-    if saved < LEAST_SAVED * whole and volume > LARGE * whole:  # a ring, of which one cut alone saves nothing
+    if saved < least and volume > large:  # a ring, of which one cut alone saves nothing
         for normal in _axes(points):
             heights = points @ normal
             halves = _cut(triangles, normal, float(heights.min() + heights.max()) / 2.0)

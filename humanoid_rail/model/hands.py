@@ -54,7 +54,7 @@ def find_hands(urdf: Urdf, srdf: Element | None) -> tuple[FoundHand, ...]:
     """
     runs = list(_runs(urdf))
     if not runs:
-        valid = f"hands={{...}}: there is no row of {LEAST_JOINTS} joints or more without a branch"
+        valid = f"hands={{name: frame}}: no row of {LEAST_JOINTS} joints or more without a branch was found"
         raise InvalidInput("hands", MISSING, valid)
     arms = [run for run in runs if not _is_leg(run)]
     named = list(_of_srdf(urdf, srdf, arms)) if srdf is not None else []
@@ -183,11 +183,5 @@ def _with_names(found: Sequence[tuple[_Run, str, str]]) -> tuple[FoundHand, ...]
     if len(set(names)) < len(names):
         names = [f"hand_{i}" for i in range(1, len(names) + 1)]
     return tuple(
-        FoundHand(name, frame, run.joints, _pointing(frame), why)
-        for name, (run, frame, why) in zip(names, found, strict=True)
+        FoundHand(name, frame, run.joints, None, why) for name, (run, frame, why) in zip(names, found, strict=True)
     )
-
-
-def _pointing(frame: str) -> tuple[float, float, float] | None:
-    """Return z for the frame of a tool, which points along z by custom."""
-    return (0.0, 0.0, 1.0) if TOOL.search(frame) else None

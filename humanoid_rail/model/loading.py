@@ -14,8 +14,9 @@ from packaging.requirements import InvalidRequirement, Requirement
 
 from humanoid_rail.errors import MISSING, InvalidInput, did_you_mean
 from humanoid_rail.geometry.mesh_names import find_mesh
-from humanoid_rail.model.building import Mechanism, build_robot, checked_start, read_mechanism
+from humanoid_rail.model.building import Mechanism, build_robot, check_hands, checked_start, read_mechanism
 from humanoid_rail.model.examination import examine
+from humanoid_rail.model.hand_shape import hands_by_shape
 from humanoid_rail.model.hands import FoundHand, arm_of, find_hands, moving_before, with_leaders
 from humanoid_rail.model.pairs import choose_pairs
 from humanoid_rail.model.postures import MovingJoints, named_postures, starts
@@ -57,13 +58,16 @@ def robot_of(file: RobotFile, folder: Path) -> Robot:
     examined = examine(mechanism, srdf, file, meshes, places)
     start = checked_start(mechanism, examined.start)
     bodies = examined.bodies
+    hands = [_hand(entry, mechanism) for entry in entries]
+    check_hands(mechanism.model, mechanism.joint_names, hands)
+    hands, said = hands_by_shape(hands, [entry.why for entry in entries], mechanism, bodies, original, file.as_written)
     pairs = choose_pairs(mechanism.model, bodies, examined.pairs.left_out, mechanism.full_configuration(start))
     robot = build_robot(
         mechanism,
         text,
         bodies,
         pairs,
-        [_hand(entry, mechanism) for entry in entries],
+        hands,
         start,
         pair_distances={pair: apart for pair, apart in examined.pairs.distances.items() if pair in pairs.checked},
         meshes=meshes,
@@ -72,9 +76,9 @@ def robot_of(file: RobotFile, folder: Path) -> Robot:
         assumed=(
             *file.assumed,
             *source.found,
-            *_found_hands(entries),
+            *said,
             *more,
-            *_resting(file, locked),
+            *_resting(file, original, locked),
             *(
                 f"The posture {name} is left out, as the robot cannot have it: {why}."
                 for name, why in postures.unable.items()
@@ -145,12 +149,6 @@ def _hands(file: RobotFile, urdf: Urdf, srdf: Element | None) -> tuple[FoundHand
     )
 
 
-def _found_hands(entries: Sequence[FoundHand]) -> Iterator[str]:
-    for entry in entries:
-        if entry.why:
-            yield f"The hand {entry.name} is {entry.frame}, {entry.why}."
-
-
 def _hand(entry: FoundHand, mechanism: Mechanism) -> Hand:
     """Return a hand; of an arm that was found, the joints that move."""
     known = entry.arm if entry.is_arm_given else [name for name in entry.arm if name in mechanism.joint_names]
@@ -169,7 +167,7 @@ def _locked(file: RobotFile, urdf: Urdf, frames: Sequence[str]) -> dict[str, flo
         moving = {joint for name in file.joints for joint in with_leaders(urdf, name)}
     else:
         moving = {joint for frame in frames for joint in moving_before(urdf, frame)}
-    moving -= {*file.locked, *file.locked_joints}
+    moving -= {*file.locked, *file.locked_joints, *_without_range(urdf)}
     locked: dict[str, float] = {}
 
     def place(name: str) -> float | None:
@@ -189,6 +187,12 @@ def _locked(file: RobotFile, urdf: Urdf, frames: Sequence[str]) -> dict[str, flo
     return locked
 
 
+def _without_range(urdf: Urdf) -> list[str]:
+    """Return the joints whose limits leave them no way to move."""
+    kinds = ("revolute", "prismatic")
+    return [j.name for j in urdf.joints.values() if j.kind in kinds and j.limit and j.limit.lower == j.limit.upper]
+
+
 def _checked_place(joint: Joint, place: float) -> float:
     """Return where a joint is locked, m or rad.
 
@@ -201,12 +205,14 @@ def _checked_place(joint: Joint, place: float) -> float:
     return place
 
 
-def _resting(file: RobotFile, locked: Mapping[str, float]) -> Iterator[str]:
+def _resting(file: RobotFile, urdf: Urdf, locked: Mapping[str, float]) -> Iterator[str]:
     """Yield what is said of joints that are locked without a position of their own."""
     others = "no hand needs them" if file.joints is None else "they are not among those that are to move"
-    asked = [name for name in locked if name in file.locked_joints and name not in file.locked]
-    rest = [name for name in locked if name not in file.locked and name not in asked]
-    for names, why in ((asked, "as asked for"), (rest, f"as {others}")):
+    own = [name for name in locked if name not in file.locked]
+    asked = [name for name in own if name in file.locked_joints]
+    held = [name for name in own if name in _without_range(urdf) and name not in asked]
+    rest = [name for name in own if name not in asked and name not in held]
+    for names, why in ((asked, "as asked for"), (held, "as their limits leave them no range"), (rest, f"as {others}")):
         if names:
             places = ", ".join(f"{name} at {locked[name]:.4g}" for name in names)
             yield f"These joints are locked, {why}: {places}."

@@ -247,5 +247,7 @@ def _without_xacro(
         raise InvalidInput("urdf", str(file or text), f"xacro that can be processed ({error})") from error
     finally:
         substitution_args._eval_find = before
+    if not document.getElementsByTagName("link"):
+        raise InvalidInput("urdf", str(file or text), "a xacro that makes links; one with macros alone is for others")
     made: str = document.toprettyxml(indent="  ")
     return made

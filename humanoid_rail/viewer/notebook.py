@@ -15,7 +15,7 @@ from humanoid_rail.scene.scene import Scene
 from humanoid_rail.trajectory import Trajectory
 from humanoid_rail.viewer.playback import playback_html
 
-HEIGHT = 520
+HEIGHT = 640
 """A page in a notebook is so high unless another height is asked for, pixels."""
 
 
