@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from humanoid_rail.model.robot import called
+
 Vector = tuple[float, float, float]
 
 
@@ -90,7 +92,7 @@ class Diagnosis:
     def miss(self) -> str:
         """The nearest miss and what blocks there, in one line."""
         hands = [
-            f"the {miss.hand} hand {length(miss.distance)} m from its target" for miss in self.misses if _counts(miss)
+            f"{called(miss.hand)} {length(miss.distance)} m from its target" for miss in self.misses if _counts(miss)
         ]
         said = " and ".join(hands) if hands else "the hands at their targets"
         if self.blocking:

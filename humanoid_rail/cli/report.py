@@ -21,6 +21,8 @@ TRIED = {
     "posture": "tried: there is a configuration, and no path was found in a short search",
 }
 """How remedies were tried out."""
+SMALL = 1e-3
+"""Lengths below this are printed in mm, m."""
 MOST_NAMES = 12
 """A row of a table names this many pairs or links; of more it says how many there are."""
 
@@ -41,7 +43,7 @@ def report_plan(title: str, trajectory: Trajectory) -> None:
         ("path", _path(trajectory)),
         (
             "planning",
-            f"{_time(trajectory.planning_time)} ({trajectory.engine}), {trajectory.evaluations} evaluations of q_dot",
+            f"{_time(trajectory.planning_time)} ({trajectory.engine}), {trajectory.evaluations} velocities computed",
         ),
     ]
     _print(title, rows)
@@ -85,7 +87,7 @@ def _diagnosis(diagnosis: Diagnosis | None) -> Iterator[tuple[str, str]]:
 
 
 def _apart(distance: float) -> str:
-    return f"{-distance:.4f} m inside one another" if distance < 0 else f"{distance:.4f} m apart"
+    return f"{_length(-distance)} inside one another" if distance < 0 else f"{_length(distance)} apart"
 
 
 def _limits(trajectory: Trajectory) -> Iterator[tuple[str, str]]:
@@ -123,7 +125,7 @@ def _shortened(names: Sequence[str]) -> str:
     rest = len(names) - MOST_NAMES
     if rest <= 0:
         return ", ".join(names)
-    return f"{', '.join(names[:MOST_NAMES])} and {rest} more (summary.json and humanoid-rail robot name all)"
+    return f"{', '.join(names[:MOST_NAMES])} and {rest} more (summary.json and `humanoid-rail robot` name them)"
 
 
 def _timing(trajectory: Trajectory) -> Iterator[tuple[str, str]]:
@@ -132,14 +134,15 @@ def _timing(trajectory: Trajectory) -> Iterator[tuple[str, str]]:
         yield "timing", "the method's own; retime it before a drive runs it (--retime)"
         return
     yield "timing", "retimed: within limits of velocity and acceleration, at rest at both ends"
-    for quantity, units in (("velocity", "m/s, rad/s"), ("acceleration", "m/s^2, rad/s^2"), ("jerk", "m/s^3, rad/s^3")):
+    for quantity, per in (("velocity", "s"), ("acceleration", "s^2"), ("jerk", "s^3")):
         rows = [
             (getattr(peak, quantity), getattr(peak, f"{quantity}_limit"), peak.joint)
             for peak in trajectory.timing.peaks
         ]
         peak, limit, joint = max(rows, key=lambda row: (row[0] / row[1], row[0]))
         share = f"{peak / limit:.1%} of the limit of {limit:.4g}" if math.isfinite(limit) else "no limit"
-        yield f"peak {quantity}", f"{peak:.4g} ({units}), {share}, {joint}"
+        unit = "(m, rad)" if trajectory.robot is None else trajectory.robot.unit_of(joint)
+        yield f"peak {quantity}", f"{peak:.4g} {unit}/{per}, {share}, {joint}"
 
 
 def why_not_certified(certificate: Certificate) -> str:
@@ -155,7 +158,7 @@ def _certified(certificate: Certificate | None, end: float) -> str:
         return f"no: {why_not_certified(certificate)}"
     bound = certificate.clearance_bound
     nothing = "yes: there is nothing to touch"
-    return nothing if bound is None else f"yes: no clearance below {bound:.4f} m until t = {end:.4g} s"
+    return nothing if bound is None else f"yes: no clearance below {_length(bound)} until t = {end:.4g} s"
 
 
 def _found_by(trajectory: Trajectory) -> str:
@@ -174,4 +177,9 @@ def _degrees(path: PathQuality) -> str:
 
 
 def _clearance(clearance: float | None, nothing: str) -> str:
-    return nothing if clearance is None else f"{clearance:.4f} m"
+    return nothing if clearance is None else _length(clearance)
+
+
+def _length(length: float) -> str:
+    """Return a length in m, or in mm where little of it would be seen."""
+    return f"{length:.4f} m" if abs(length) >= SMALL else f"{1e3 * length:.3g} mm"

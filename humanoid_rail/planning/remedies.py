@@ -9,7 +9,7 @@ import numpy as np
 from humanoid_rail._arrays import Array
 from humanoid_rail.diagnosis import BlockingPair, Remedy, Vector, length
 from humanoid_rail.kinematics.task import DirectionTask, PointTask, Task
-from humanoid_rail.model.robot import Robot
+from humanoid_rail.model.robot import Robot, called
 from humanoid_rail.planning.methods import Auto
 from humanoid_rail.planning.options import PlanningMethod
 from humanoid_rail.planning.probe import Probe, hand_of, hands_with_targets, target_of
@@ -33,7 +33,7 @@ def targets_moved(probe: Probe, tasks: Sequence[Task], moved: Sequence[Task]) ->
     """Return that targets are moved to where there is a configuration clear of everything."""
     places = {hand: target_of(moved, hand) for hand in hands_with_targets(tasks)}
     changed = {hand: place for hand, place in places.items() if place != target_of(tasks, hand)}
-    said = [f"the target of the {hand} hand {_by(target_of(tasks, hand), place)}" for hand, place in changed.items()]
+    said = [f"the target of {called(hand)} {_by(target_of(tasks, hand), place)}" for hand, place in changed.items()]
     proven = PLANNED if probe.is_planned(moved) else POSTURE
     return Remedy(f"move {' and '.join(said)}", proven, targets=tuple(changed.items()))
 

@@ -14,7 +14,7 @@ import pinocchio as pin
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.diagnosis import Diagnosis, length
-from humanoid_rail.model.robot import Robot
+from humanoid_rail.model.robot import Robot, called
 from humanoid_rail.scene.obstacles import HalfSpace, moved
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.scene.shapes import PlacedShape, placed_shapes
@@ -105,7 +105,7 @@ def miss_panel(name: str, found: Diagnosis) -> str:
         name: A heading.
         found: Why it failed.
     """
-    hands = [f"the {m.hand} hand stays {length(m.distance)} m away" for m in found.misses if m.distance > SHORTEST]
+    hands = [f"{called(m.hand)} stays {length(m.distance)} m away" for m in found.misses if m.distance > SHORTEST]
     pairs = [f"{pair.link} \u2013 {pair.other}, {_apart(pair.beyond)}" for pair in found.blocking]
     helps = [f"{remedy.what} ({TRIED[remedy.proven]})" for remedy in found.remedies]
     parts = [
