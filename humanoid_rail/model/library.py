@@ -22,6 +22,8 @@ FILES = (".yaml", ".yml", ".json")
 """Robot files have these endings."""
 PAPER = "humanoid_rail"
 """The paper's robot is called so."""
+OWN = (PAPER, "human-sized")
+"""The robots that need no package of models; the others are the gallery."""
 
 
 class FileArguments(TypedDict, total=False):

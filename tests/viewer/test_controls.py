@@ -193,5 +193,5 @@ def test_names_are_text_whatever_is_in_them(page: Any) -> None:
     page.keyboard.press("n")
     page.wait_for_function("() => document.querySelectorAll('#labels .names:not([hidden])').length > 5")
     shown = page.locator("#labels .names:visible").all_inner_texts()
-    assert {"left", "right", "obstacles[3] (box)"} <= set(shown)
+    assert {"left", "right", "obstacles[3] (top board)"} <= set(shown)
     page.keyboard.press("n")
