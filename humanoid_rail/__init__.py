@@ -1,7 +1,8 @@
 """Motion planning for redundant two-armed robots, after Kacprzak and Pajak (2019). Every motion comes with a proof.
 
->>> from humanoid_rail import load_robot, load_scene, plan
->>> trajectory = plan(load_robot(), load_scene("scenes/picks.yaml"))
+>>> from humanoid_rail import load_robot_of_scene, load_scene, plan
+>>> scene = load_scene("scenes/picks.yaml")
+>>> trajectory = plan(load_robot_of_scene(scene), scene)
 
 The public names are those of `__init__.pyi`. They are imported when they are first used, so that `import humanoid_rail`
 is quick.

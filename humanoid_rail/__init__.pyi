@@ -1,5 +1,6 @@
 # The public names, imported by `__init__.py` when they are first used.
 from .collision.certificate import Certificate, Contact
+from .diagnosis import BlockingPair, Diagnosis, Miss, Remedy
 from .errors import EngineMissing, HumanoidRailError, InvalidInput
 from .io.export import export
 from .io.plan_folder import Plan, read_plan, write_plan
@@ -32,11 +33,13 @@ from .viewer.notebook import Page, view
 __version__: str
 __all__ = [
     "Auto",
+    "BlockingPair",
     "Box",
     "Capsule",
     "Certificate",
     "ConfigurationTask",
     "Contact",
+    "Diagnosis",
     "DirectionTask",
     "EngineMissing",
     "Gains",
@@ -47,6 +50,7 @@ __all__ = [
     "InvalidInput",
     "Kinematics",
     "Mesh",
+    "Miss",
     "Motion",
     "NativeKinematics",
     "Page",
@@ -57,6 +61,7 @@ __all__ = [
     "Problem",
     "Provenance",
     "RelativeTask",
+    "Remedy",
     "Retiming",
     "Robot",
     "SafeVelocity",

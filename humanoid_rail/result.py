@@ -8,6 +8,7 @@ from typing import Any, Protocol
 
 from humanoid_rail._arrays import Array, FrozenArrays
 from humanoid_rail.collision.certificate import Certificate
+from humanoid_rail.diagnosis import Diagnosis
 from humanoid_rail.kinematics.joint_limits import Violation
 from humanoid_rail.kinematics.path_metric import PathQuality
 
@@ -156,6 +157,8 @@ class Verdict:
     """For each joint the worst excess over each of its limits."""
     arrivals: tuple[float, ...] = ()
     """When the hands are at each of the scene's targets in turn, s; those that were not reached are missing."""
+    diagnosis: Diagnosis | None = None
+    """Why the plan failed and what would help; None where it did not fail, or no native engine could look into it."""
 
 
 @dataclass(frozen=True)
@@ -206,7 +209,7 @@ class Provenance:
     evaluations: int
     """Number of evaluations of q_dot."""
     planning_time: float
-    """Time that planning took, including the certificate, s."""
+    """Time that planning took, including the certificate, without the diagnosis of a plan that failed, s."""
     certification_time: float
     """Time that the certificate took, s."""
     retiming: Retiming | None = None

@@ -11,6 +11,7 @@ import numpy as np
 from humanoid_rail._arrays import Array, frozen
 from humanoid_rail._native import why_no_engine
 from humanoid_rail.collision.certificate import Certificate
+from humanoid_rail.diagnosis import Diagnosis
 from humanoid_rail.errors import MISSING, InvalidInput
 from humanoid_rail.kinematics.joint_limits import Violation
 from humanoid_rail.kinematics.kinematics import Kinematics
@@ -113,6 +114,11 @@ class Trajectory:
         return self.verdict.arrivals
 
     @property
+    def diagnosis(self) -> Diagnosis | None:
+        """Why the plan failed: the nearest miss, what blocks there, and what would help; None if it did not."""
+        return self.verdict.diagnosis
+
+    @property
     def method(self) -> Method:
         """The method with its options."""
         return self.provenance.method
@@ -144,7 +150,7 @@ class Trajectory:
 
     @property
     def planning_time(self) -> float:
-        """Time that planning took, including the certificate, s."""
+        """Time that planning took, including the certificate, without the diagnosis of a plan that failed, s."""
         return self.provenance.planning_time
 
     @property
@@ -251,6 +257,7 @@ class Trajectory:
             "limits_ok": self.limits_ok,
             "duration": self.duration,
             "min_clearance": self.min_clearance,
+            "diagnosis": None if self.diagnosis is None else self.diagnosis.summary(),
             "certificate": None if certificate is None else asdict(certificate),
             "violations": [asdict(violation) for violation in self.violations],
             "arrivals": list(self.arrivals),

@@ -14,7 +14,7 @@ from humanoid_rail import Auto, Robot, Scene, Status, load_robot, load_scene, pl
 from humanoid_rail._resources import resource
 from humanoid_rail.cli.console import check_least, console, print_table, run
 from humanoid_rail.collision.certifier import certify
-from humanoid_rail.model.library import PAPER, robots
+from humanoid_rail.model.library import OWN, robots
 from humanoid_rail.model.robot_file import read_robot_file
 from humanoid_rail.progress import progress_bar
 
@@ -29,7 +29,7 @@ COLUMNS = ("robot", "hands", "joints", "package", "plans", "least bound, mm", "m
 def main(seeds: int, readme: Path | None) -> int:
     """Plan the scenes of the gallery; exit code 1 if one is not solved, or if nothing is in the way in it."""
     check_least(1, seeds=seeds)
-    names, rows, broken = [name for name in robots() if name != PAPER], [], []
+    names, rows, broken = [name for name in robots() if name not in OWN], [], []
     with progress_bar("planning", len(names)) as advance:
         for name in names:
             with warnings.catch_warnings():

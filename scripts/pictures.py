@@ -22,6 +22,7 @@ from humanoid_rail import (
     Scene,
     Trajectory,
     load_robot,
+    load_robot_of_scene,
     load_scene,
     paper_scene,
     plan,
@@ -83,16 +84,16 @@ def case3_times(robot: Robot) -> bytes:
 
 def picks(robot: Robot) -> bytes:
     """Return the page of a round of picks."""
-    with page_of(playback_html(robot, *retimed(robot, load_scene(SCENES / "picks.yaml")))) as page:
-        return taken(page, 3.05)
+    with page_of(playback_html(*kitting())) as page:
+        return taken(page, 1.6)
 
 
 def picks_help(robot: Robot) -> bytes:
     """Return the page of a round of picks with collision bodies, and with the help open."""
-    with page_of(playback_html(robot, *retimed(robot, load_scene(SCENES / "picks.yaml")))) as page:
+    with page_of(playback_html(*kitting())) as page:
         for key in ("b", "m", "?"):
             page.keyboard.press(key)
-        return taken(page, 3.05)
+        return taken(page, 1.6)
 
 
 def aisle_page(robot: Robot) -> bytes:
@@ -103,17 +104,23 @@ def aisle_page(robot: Robot) -> bytes:
 
 def compared(robot: Robot) -> bytes:
     """Return the page of two plans for the same picks."""
-    scene = load_scene(SCENES / "picks.yaml")
-    motions = [(f"seed {seed}", *retimed(robot, scene, seed)) for seed in (0, 5)]
-    with page_of(motions_html(robot, motions)) as page:
-        return taken(page, 2.2)
+    rounds = [(f"seed {seed}", *kitting(seed)) for seed in (0, 5)]
+    with page_of(motions_html(rounds[0][1], [(name, scene, motion) for name, _, scene, motion in rounds])) as page:
+        return taken(page, 3.6)
+
+
+def failed(robot: Robot) -> bytes:
+    """Return the page of a plan that failed: the doors of a cupboard are shut."""
+    scene = load_scene(SCENES / "unsolvable" / "stuck-4.yaml")
+    with page_of(playback_html(robot, scene, plan(robot, scene))) as page:
+        return taken(page, 0.0)
 
 
 def phone(robot: Robot) -> bytes:
     """Return pages on a phone, side by side."""
     parts = []
-    for scene, t in ((load_scene(SCENES / "picks.yaml"), 3.05), (aisle(), 2.9)):
-        with page_of(playback_html(robot, *retimed(robot, scene)), PHONE) as page:
+    for shown, t in ((kitting(), 1.6), ((robot, *retimed(robot, aisle())), 2.9)):
+        with page_of(playback_html(*shown), PHONE) as page:
             parts.append(Image.open(BytesIO(taken(page, t))).convert("RGB"))
     return beside(parts)
 
@@ -124,8 +131,8 @@ def moving(robot: Robot) -> bytes:
     Raises:
         HumanoidRailError: If it is too large.
     """
-    scene, motion = retimed(robot, load_scene(SCENES / "picks.yaml"))
-    with page_of(playback_html(robot, scene, motion)) as page:
+    own, scene, motion = kitting()
+    with page_of(playback_html(own, scene, motion)) as page:
         times = np.arange(0.0, motion.duration, 1.0 / RATE)
         frames = [
             Image.open(BytesIO(taken(page, t))).convert("RGB").resize(MOVING, Image.Resampling.LANCZOS) for t in times
@@ -161,6 +168,7 @@ PICTURES: dict[str, Callable[[Robot], bytes]] = {
     "help.png": picks_help,
     "aisle.png": aisle_page,
     "compare.png": compared,
+    "failed.png": failed,
     "phone.png": phone,
     "moving.gif": moving,
 }
@@ -170,6 +178,13 @@ PICTURES: dict[str, Callable[[Robot], bytes]] = {
 def retimed(robot: Robot, scene: Scene, seed: int = 0) -> tuple[Scene, Trajectory]:
     """Return a scene, and a motion in it that is timed for a drive."""
     return scene, retime(plan(robot, scene, Auto(seed=seed)), robot, scene)
+
+
+def kitting(seed: int = 0) -> tuple[Robot, Scene, Trajectory]:
+    """Return the robot of the kitting round, the scene, and a motion that is timed for a drive."""
+    scene = load_scene(SCENES / "picks.yaml")
+    robot = load_robot_of_scene(scene)
+    return robot, *retimed(robot, scene, seed)
 
 
 @contextmanager

@@ -27,7 +27,7 @@ from humanoid_rail._arrays import Array
 from humanoid_rail._resources import resource
 from humanoid_rail.cli.console import check_least, console, print_table, run
 from humanoid_rail.collision.certifier import certify
-from humanoid_rail.model.library import PAPER, robots
+from humanoid_rail.model.library import OWN, robots
 from humanoid_rail.model.robot_file import read_robot_file
 from humanoid_rail.model.sources import package_root
 from humanoid_rail.progress import progress_bar
@@ -116,7 +116,7 @@ def main(names: tuple[str, ...], postures: int, motions: int, seed: int, readme:
     """Check robots against their meshes; exit code 1 if anything is wrong."""
     check_least(1, postures=postures, motions=motions)
     check_least(0, seed=seed)
-    gallery = names or tuple(name for name in robots() if name != PAPER)
+    gallery = names or tuple(name for name in robots() if name not in OWN)
     loads, plans, proofs, broken = [], [], [], []
     with progress_bar("checking", len(gallery)) as advance:
         for name in gallery:

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from humanoid_rail.cli.console import console
 from humanoid_rail.collision.certificate import Certificate
+from humanoid_rail.diagnosis import Diagnosis
 from humanoid_rail.errors import told_apart
 from humanoid_rail.kinematics.joint_limits import Violation
 from humanoid_rail.kinematics.path_metric import PathQuality
@@ -15,6 +16,11 @@ from humanoid_rail.trajectory import Trajectory
 
 NO_ENGINE = "nothing can be proven without the native engine"
 """This is said of a motion that has no certificate."""
+TRIED = {
+    "planned": "tried: there is a plan",
+    "posture": "tried: there is a configuration, and no path was found in a short search",
+}
+"""How remedies were tried out."""
 SMALL = 1e-3
 """Lengths below this are printed in mm, m."""
 MOST_NAMES = 12
@@ -26,6 +32,7 @@ def report_plan(title: str, trajectory: Trajectory) -> None:
     certificate = trajectory.certificate
     rows = [
         ("status", f"{trajectory.status}: {trajectory.reason}"),
+        *_diagnosis(trajectory.diagnosis),
         (f"certified{_as_far(trajectory)}", _certified(certificate, trajectory.duration)),
         *_limits(trajectory),
         ("duration", f"{trajectory.duration:.4f} s"),
@@ -66,6 +73,21 @@ def _time(seconds: float) -> str:
 def _as_far(trajectory: Trajectory) -> str:
     """Return what is added to the proofs of a motion that ends before its targets."""
     return "" if trajectory.status is Status.REACHED else ", as far as the motion goes"
+
+
+def _diagnosis(diagnosis: Diagnosis | None) -> Iterator[tuple[str, str]]:
+    """Say what blocks a plan that failed, and all that would help."""
+    if diagnosis is None:
+        return
+    pairs = [f"{pair.link} and {pair.other}, {_apart(pair.beyond)}" for pair in diagnosis.blocking]
+    for number, pair in enumerate(pairs):
+        yield "" if number else "blocked where it would go on", pair
+    for number, remedy in enumerate(diagnosis.remedies):
+        yield "" if number else "would help", f"{remedy.what} ({TRIED[remedy.proven]})"
+
+
+def _apart(distance: float) -> str:
+    return f"{_length(-distance)} inside one another" if distance < 0 else f"{_length(distance)} apart"
 
 
 def _limits(trajectory: Trajectory) -> Iterator[tuple[str, str]]:

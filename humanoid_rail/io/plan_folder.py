@@ -60,6 +60,9 @@ def write_plan(
     """
     carried = carried_files(robot)
     data, meshes = scene.model_dump(mode="json"), dict[str, bytes]()
+    data["obstacles"] = [
+        {field: value for field, value in obstacle.items() if value is not None} for obstacle in data["obstacles"]
+    ]
     for number, obstacle in enumerate(scene.obstacles):
         if isinstance(obstacle, Mesh):
             name, content = _mesh(obstacle, number)

@@ -15,6 +15,7 @@ import numpy as np
 from humanoid_rail._arrays import frozen
 from humanoid_rail._files import write_files
 from humanoid_rail.collision.certificate import Certificate, Contact
+from humanoid_rail.diagnosis import read_diagnosis
 from humanoid_rail.errors import InvalidInput
 from humanoid_rail.io.tables import csv_bytes, npz_bytes
 from humanoid_rail.kinematics.joint_limits import Violation
@@ -118,6 +119,7 @@ def _verdict(summary: Mapping[str, Any]) -> Verdict:
         certificate=_certificate(summary["certificate"]),
         violations=tuple(Violation(**violation) for violation in summary["violations"]),
         arrivals=tuple(summary["arrivals"]),
+        diagnosis=read_diagnosis(summary.get("diagnosis")),
     )
 
 

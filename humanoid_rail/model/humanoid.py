@@ -58,6 +58,8 @@ class RobotArguments(TypedDict, total=False):
     """Angle of the arm bases, rad; the paper does not give it."""
     link_radius: SupportsFloat
     """Radius of the collision capsules, m; 0 for bones without thickness."""
+    trunk_bodies: SupportsFloat
+    """Whether trunk, head and hands have collision bodies, 1 or 0."""
     rail_lower: SupportsFloat
     """Lower position limit of the rail, m."""
     rail_upper: SupportsFloat
@@ -177,6 +179,10 @@ def _number(name: str, value: object, known: dict[str, str]) -> float:
         raise InvalidInput(
             name, value, f"one of the xacro arguments {', '.join(sorted(known))}{did_you_mean(name, known)}"
         )
+    if name == "trunk_bodies":
+        if (given := checked_number(name, value)) not in (0.0, 1.0):
+            raise InvalidInput(name, value, "1 or 0")
+        return given
     if name == "link_radius":
         return checked_number(name, value, least=0.0, most=FARTHEST)
     if name.startswith("l_"):

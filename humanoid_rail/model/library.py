@@ -22,6 +22,8 @@ FILES = (".yaml", ".yml", ".json")
 """Robot files have these endings."""
 PAPER = "humanoid_rail"
 """The paper's robot is called so."""
+OWN = (PAPER, "human-sized")
+"""The robots that need no package of models; the others are the gallery."""
 
 
 class FileArguments(TypedDict, total=False):
@@ -84,7 +86,7 @@ def load_robot(source: str | Path | None = None, **arguments: Any) -> Robot:
         **arguments: With a source the fields of a robot file, which they replace; docs/robots.md describes them.
             Without, the arguments of the paper's robot: link lengths `l_*` (m), `beta`
             (rad), `link_radius` (m), limits `*_lower`, `*_upper`, `*_velocity`, `*_acceleration`, `*_effort` (m, rad,
-            s, N, N m) and `density` (kg/m^3), for example ``link_radius=0.0``.
+            s, N, N m), `density` (kg/m^3), and `trunk_bodies` (1 or 0), for example ``link_radius=0.0``.
 
     Raises:
         InvalidInput: If there is no such robot, an argument is unknown or its value is not valid, or something of the

@@ -183,7 +183,7 @@ class Auto(SafeOptions):
         elif motion.status is Status.REACHED:
             # It turns no hand.
             motion = replace(motion, status=found.status, reason=f"{found.reason}; qp reaches the points alone")
-        return Planned(motion, found_by(SafeVelocity.name, motion), search)
+        return Planned(motion, found_by(SafeVelocity.name, motion), search, found.explored)
 
 
 METHODS: Mapping[str, type[PlanningMethod]] = MappingProxyType(

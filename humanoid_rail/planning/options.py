@@ -35,6 +35,8 @@ class Planned:
     """What found its path; empty if nothing did."""
     search: Search | None = None
     """What `auto` did to find it."""
+    explored: Array | None = None
+    """Configurations (K, n) to which the sampling planner has paths where none leads to the targets."""
 
 
 @runtime_checkable

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,9 +16,10 @@ from humanoid_rail.kinematics.joint_limits import limit_violations, sampled
 from humanoid_rail.kinematics.state import KinematicsModel
 from humanoid_rail.kinematics.task_stack import count_rows
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.planning.diagnosing import diagnose, in_one_line
 from humanoid_rail.planning.methods import as_method
 from humanoid_rail.planning.options import PlanningMethod
-from humanoid_rail.planning.segments import Segments, joined, plan_segments, segment_problem
+from humanoid_rail.planning.segments import Segments, Unreached, joined, plan_segments, segment_problem
 from humanoid_rail.planning.size import check_size, size_hint
 from humanoid_rail.planning.start import check_start, warn_of_depth
 from humanoid_rail.planning.units import warn_of_units
@@ -92,7 +94,9 @@ def solve(problem: Problem, method: PlanningMethod | str = "auto") -> Trajectory
     check_size(problem.robot, chosen)
     kinematics = chosen.kinematics(problem)
     check_start("start", kinematics, problem.scene, problem.q, chosen.least_start())
-    segments = joined(problem.robot, [chosen.plan(problem)], 1)
+    planned = chosen.plan(problem)
+    unreached = None if planned.motion.status is Status.REACHED else Unreached(0, problem, planned)
+    segments = replace(joined(problem.robot, [planned], 1), unreached=unreached)
     return _result(kinematics, problem.scene, chosen, segments, started)
 
 
@@ -106,6 +110,10 @@ def _result(
     certificate = None if why_no_engine() else certify(robot, scene.obstacles, motion.t, motion.q)
     certified = time.perf_counter()
     status, reason = judged(certificate, method.kept_distance, motion.status, motion.reason)
+    planning_time, diagnosis = time.perf_counter() - started, None
+    if segments.unreached is not None and certificate is not None:
+        diagnosis = diagnose(segments.unreached, method, started)
+        reason += in_one_line(diagnosis)
     if status is not Status.REACHED:
         reason += _held(robot) + size_hint(robot, method, status)
     verdict = Verdict(
@@ -115,6 +123,7 @@ def _result(
         # Between samples a motion is linear; how fast it is at the integrator's own steps does not depend on dt.
         violations=limit_violations(robot, sampled(motion.t, motion.q), motion.visited),
         arrivals=segments.arrivals,
+        diagnosis=diagnosis,
     )
     return Trajectory(
         motion=Motion(frozen(motion.t), frozen(motion.q), robot.joint_names),
@@ -133,7 +142,7 @@ def _result(
             path=segments.path,
             search=segments.search,
             evaluations=motion.evaluations,
-            planning_time=time.perf_counter() - started,
+            planning_time=planning_time,
             certification_time=certified - computed,
             c_mu=method.gains.c_mu_of(robot),
         ),

@@ -23,6 +23,16 @@ from humanoid_rail.scene.scene import Scene
 
 
 @dataclass(frozen=True, eq=False)
+class Unreached:
+    """A segment that did not reach its targets."""
+
+    step: int
+    """The step of targets that it was to reach, from 0."""
+    problem: Problem
+    planned: Planned
+
+
+@dataclass(frozen=True, eq=False)
 class Segments:
     """Segments, one after the other, as one motion."""
 
@@ -32,6 +42,8 @@ class Segments:
     path: PathQuality
     arrivals: tuple[float, ...]
     """When each segment that reached its targets ends, s."""
+    unreached: Unreached | None = None
+    """The segment at which planning ended; None if all targets are reached, or time was up before it."""
 
 
 def plan_segments(first: Problem, robot: Robot, scene: Scene, method: PlanningMethod) -> Segments:
@@ -45,6 +57,7 @@ def plan_segments(first: Problem, robot: Robot, scene: Scene, method: PlanningMe
     """
     started, count = time.perf_counter(), len(scene.steps)
     planned, begun, start = list[Planned](), 0.0, first.q
+    unreached: Unreached | None = None
     for number in range(count):
         if begun >= method.max_time:
             reason = f"the longest motion allowed, max_time = {method.max_time:g} s, is over"
@@ -56,8 +69,9 @@ def plan_segments(first: Problem, robot: Robot, scene: Scene, method: PlanningMe
         motion = planned[-1].motion
         start, begun = motion.q[-1], begun + float(motion.t[-1])
         if motion.status is not Status.REACHED:
+            unreached = Unreached(number, problem, planned[-1])
             break
-    return joined(robot, planned, count)
+    return replace(joined(robot, planned, count), unreached=unreached)
 
 
 def segment_problem(robot: Robot, scene: Scene, number: int, start: ArrayLike, begun: float = 0.0) -> Problem:

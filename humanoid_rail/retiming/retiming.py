@@ -150,6 +150,7 @@ def _result(
             certificate=certificate,
             violations=limit_violations(robot, JointMotion(t, motion.q, fastest, motion.acceleration)),
             arrivals=arrivals,
+            diagnosis=trajectory.diagnosis,
         ),
         provenance=replace(
             trajectory.provenance,

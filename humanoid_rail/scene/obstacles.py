@@ -24,6 +24,9 @@ from humanoid_rail._arrays import SHORTEST, frozen
 from humanoid_rail._validation import Angles, Frozen, Number, Positive, Size, Vector, plain
 from humanoid_rail.geometry.convex_decomposition import Pieces, convex_pieces
 
+LONGEST_NAME = 80
+"""The name of an obstacle has at most so many characters."""
+
 
 def _factors(value: object) -> object:
     value = plain(value)
@@ -50,6 +53,8 @@ class _Obstacle(Frozen):
 
     velocity: Vector = (0.0, 0.0, 0.0)
     """How fast it moves without turning, from where it is at t = 0, m/s."""
+    name: Annotated[str, Field(min_length=1, max_length=LONGEST_NAME)] | None = None
+    """What messages and pictures call it; several may have the same name."""
 
 
 class Sphere(_Obstacle):
@@ -168,5 +173,6 @@ def moved(obstacle: Obstacle, t: float) -> Obstacle:
 
 
 def name_of(obstacles: Sequence[Obstacle], i: int) -> str:
-    """Return what messages call an obstacle of a scene."""
-    return f"obstacles[{i}] ({obstacles[i].type})"
+    """Return what messages call an obstacle of a scene: no two of a scene are called the same."""
+    obstacle = obstacles[i]
+    return f"obstacles[{i}] ({obstacle.type if obstacle.name is None else obstacle.name})"

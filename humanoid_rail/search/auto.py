@@ -89,6 +89,8 @@ class PathResult:
     """The number of edges that were checked."""
     searches: int = 0
     """The number of times the sampling planner was started."""
+    explored: Array | None = None
+    """Configurations (K, n) that the last sampling has paths to from the start; None where a path was found."""
 
 
 def find_path(
@@ -242,6 +244,7 @@ def _result(search: PathSearch, evaluations: int) -> PathResult:
         goals=search.known,
         checks=search.checks,
         searches=search.searches,
+        explored=None if search.best is not None else search.explored,
     )
 
 

@@ -93,6 +93,8 @@ class PathSearch:
     raw: Array | None = None
     checks: int = 0
     searches: int = 0
+    explored: Array | None = None
+    """Configurations (K, n) that the last sampling that failed has paths to from the start."""
 
     def is_timed_out(self) -> bool:
         """Return whether planning has to be cut off."""
@@ -195,6 +197,7 @@ class PathSearch:
                     self.raw = path if self.raw is None else self.raw
                     self.consider(RRT_CONNECT, sampler.shorten(path, self._seed()))
                 elif self.best is None:
+                    self.explored = sampler.explored
                     goals = self._other_goals(others)
                     margin, most = margin * MARGIN_GROWTH, min(most * GROWTH, MAX_CHECKS)
             # A search that ends at once has to count too.

@@ -13,19 +13,16 @@ from humanoid_rail._arrays import Array
 from humanoid_rail.errors import short
 from humanoid_rail.kinematics.inverse_kinematics import InverseKinematics
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
-from humanoid_rail.kinematics.state import State
 from humanoid_rail.kinematics.task import DirectionTask, PointTask, RelativeTask, Task
-from humanoid_rail.kinematics.task_stack import stack_error, stack_jacobian
 from humanoid_rail.model.robot import Robot, called
 from humanoid_rail.resolution.velocity import Gains
 from humanoid_rail.search.goal_sampler import seeds
+from humanoid_rail.search.least_error import least_error
 
 REACH_SEEDS = 48
 """The reach of the hands is judged by inverse kinematics from this many starts."""
 TURN_SEEDS = 1000
 """How hands can be turned is judged from this many starts, because few of them lead there."""
-MAX_STEPS = 100
-"""The search for the smallest error takes at most this many steps."""
 TURNED = 1e-5
 """A hand is turned as it has to be where its points are no farther than this from their places, m."""
 MILLIMETRES = 30.0
@@ -119,35 +116,7 @@ class _Reach:
                 return float(least)
             if time.perf_counter() > self._deadline:
                 raise TimedOut
-        return min(float(least), self._descend(tasks, best))
-
-    def _descend(self, tasks: Sequence[Task], q: Array) -> float:
-        """Return the smallest error in m near a configuration: inverse kinematics is made for errors that vanish."""
-        # Imported here: it is needed only where targets are out of reach.
-        from scipy.optimize import least_squares
-
-        robot = self.robot
-        free = np.flatnonzero((robot.velocity_limit > 0) & (robot.lower < robot.upper))
-
-        def state(x: Array) -> State:
-            there = q.copy()
-            there[free] = x
-            return self._kinematics.state(there)
-
-        def error(x: Array) -> Array:
-            return stack_error(state(x), tasks)
-
-        def slope(x: Array) -> Array:
-            return stack_jacobian(state(x), tasks)[:, free]
-
-        closest = least_squares(
-            error,
-            q[free],
-            slope,
-            bounds=(robot.lower[free], robot.upper[free]),
-            max_nfev=MAX_STEPS,
-        )
-        return float(np.sqrt(2.0 * closest.cost))
+        return min(float(least), least_error(self._kinematics, tasks, best).error)
 
 
 def _too_far(judge: _Reach, tasks: Sequence[Task], together: float, tolerance: float) -> str:

@@ -35,6 +35,9 @@ ROPE_PIECE = 0.2
 ROPE_TOLERANCE = 0.1
 """A path that the rope pass takes for equally long may differ by this."""
 
+START_TREE = 1
+"""OMPL's RRT-Connect marks what grew from the start with this number."""
+
 _lock = threading.Lock()
 
 
@@ -116,6 +119,8 @@ class Sampler:
         self._checks = _Checks(checker, units, lower, upper, deadline)
         self._information.setMotionValidator(_Motions(self._information, self._checks))
         self._information.setStateValidityChecker(self._checks.is_valid)
+        self.explored: Array | None = None
+        """Configurations (K, n) that the last search that failed has paths to from the start; None before one."""
 
     @property
     def checks(self) -> int:
@@ -151,7 +156,10 @@ class Sampler:
             planner.setProblemDefinition(problem)
             planner.setup()
             planner.solve(base.PlannerTerminationCondition(lambda: checks.count >= last or checks.is_over()))
-            return self._points(problem.getSolutionPath()) if problem.hasExactSolution() else None
+            if problem.hasExactSolution():
+                return self._points(problem.getSolutionPath())
+            self.explored = self._from_start(planner)
+            return None
 
     def shorten(self, path: Array, seed: int) -> Array:
         """Return a path (K, n) with the same ends that is shorter, or as long.
@@ -172,6 +180,13 @@ class Sampler:
             simplifier.reduceVertices(shorter)
             simplifier.collapseCloseVertices(shorter)
         return self._points(shorter)
+
+    def _from_start(self, planner: geometric.RRTConnect) -> Array:
+        """Return the configurations (K, n) of the tree that grew from the start."""
+        data = base.PlannerData(self._information)
+        planner.getPlannerData(data)
+        vertices = [data.getVertex(i) for i in range(data.numVertices())]
+        return np.array([self._checks.point(v.getState()) for v in vertices if v.getTag() == START_TREE])
 
     def _state(self, q: Array) -> base.RealVectorStateType:
         state = self._information.allocState()

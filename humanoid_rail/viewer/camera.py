@@ -76,12 +76,13 @@ def best_view(robot: Robot, scene: Scene, *trajectories: Trajectory) -> View:
     targets = [np.array(position(target)) for step in scene.steps for target in step.values() if target is not None]
     seen, points, times, kinematics = [*targets], [*targets], [0.0] * len(targets), Kinematics(robot)
     for trajectory in trajectories:
-        for t in np.linspace(0.0, trajectory.duration, MOMENTS):
-            around = robot_points(robot, (), trajectory.configuration(t))
+        moments = [(t, trajectory.configuration(t)) for t in np.linspace(0.0, trajectory.duration, MOMENTS)]
+        if trajectory.diagnosis is not None:
+            moments.append((trajectory.duration, np.array(trajectory.diagnosis.q)))
+        for t, q in moments:
+            around = robot_points(robot, (), q)
             seen.append(around)
-            looked = np.vstack(
-                [around.reshape(-1, 8, 3).mean(axis=1), kinematics.stick_figure(trajectory.configuration(t))]
-            )
+            looked = np.vstack([around.reshape(-1, 8, 3).mean(axis=1), kinematics.stick_figure(q)])
             points.append(looked)
             times += [t] * len(looked)
     box = np.vstack(seen)

@@ -19,6 +19,8 @@ OBSTACLE_COLOURS = (0xA9BACB, 0xDCCBA6, 0xAFC4A8, 0xD3B0A6, 0xB9AECB, 0x9FC0C0, 
 """Obstacles have these colours in turn, but for half-spaces: calm ones, beside which the robot stands out."""
 WALL_COLOUR = 0x7C8792
 """Half-spaces, which fill much of a picture, have this colour."""
+BLOCKING_COLOUR = 0xD42A2A
+"""The colour of what blocks a plan that failed, and of how far its hands are from their targets."""
 PLAIN = (0.7, 0.7, 0.7, 1.0)
 """Bodies of a robot without a colour of their own have this one, red, green, blue and opacity from 0 to 1."""
 CLOSEST_COLOUR = 0x11151C

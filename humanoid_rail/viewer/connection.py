@@ -14,7 +14,7 @@ _ENDS = ("one", "two")
 """Nodes of the spheres at the nearest points."""
 
 
-class _OnTop(mg.Mesh):  # type: ignore[misc]  # meshcat has no types
+class OnTop(mg.Mesh):  # type: ignore[misc]  # meshcat has no types
     """A mesh of one colour that is seen through everything else."""
 
     def __init__(self, geometry: mg.Geometry, colour: int, order: int) -> None:
@@ -22,6 +22,7 @@ class _OnTop(mg.Mesh):  # type: ignore[misc]  # meshcat has no types
         self._order = order
 
     def lower(self) -> dict[str, Any]:
+        """Return the mesh as meshcat has it."""
         data: dict[str, Any] = super().lower()
         data["object"]["renderOrder"] = self._order
         return data
@@ -41,6 +42,6 @@ def draw_connection(view: meshcat.Visualizer, emphasised: bool, scale: float = 1
     line, sphere = scale * np.array([0.008, 0.025] if emphasised else [0.005, 0.016])
     layers = [(0.008 * scale, 0xFFFFFF)] if emphasised else []
     for order, (outline, colour) in enumerate([*layers, (0.0, CLOSEST_COLOUR)], start=1):
-        view[f"line/{order}"].set_object(_OnTop(mg.Cylinder(1.0, line + outline), colour, order))
+        view[f"line/{order}"].set_object(OnTop(mg.Cylinder(1.0, line + outline), colour, order))
         for end in _ENDS:
-            view[f"{end}/{order}"].set_object(_OnTop(mg.Sphere(sphere + outline), colour, order))
+            view[f"{end}/{order}"].set_object(OnTop(mg.Sphere(sphere + outline), colour, order))

@@ -27,6 +27,7 @@ SCRIPTS = (
     "figure.js",
     "obstacles.js",
     "labels.js",
+    "miss.js",
     "plots.js",
     "timeline.js",
     "keys.js",
@@ -61,6 +62,7 @@ def motions_html(robot: Robot, motions: Sequence[tuple[str, Scene, Trajectory]])
     from humanoid_rail.viewer.camera import best_view
     from humanoid_rail.viewer.caption import OTHER_SCENE, caption, legend
     from humanoid_rail.viewer.closest_pairs import closest_of_all
+    from humanoid_rail.viewer.miss import draw_miss, miss_data, miss_panel
     from humanoid_rail.viewer.motion_data import motion_data, scene_data
     from humanoid_rail.viewer.page import CommandList, page_html
     from humanoid_rail.viewer.playback_body import playback_body
@@ -74,11 +76,14 @@ def motions_html(robot: Robot, motions: Sequence[tuple[str, Scene, Trajectory]])
     draw_scene(world, robot, scene)
     view = best_view(robot, scene, *(trajectory for _, _, trajectory in motions))
     data = scene_data(robot, scene, view, floor_height(robot, scene, visuals))
-    data["motions"], captions = [], []
+    data["motions"], captions, panels = [], [], list[str]()
     for number, (name, own, trajectory) in enumerate(motions):
         found = series(robot, own, trajectory)
         draw_motion(world[f"motion{number}"], robot, visuals, trajectory, found.pairs, is_second=number > 0)
-        data["motions"].append(motion_data(name, trajectory, found))
+        draw_miss(world[f"motion{number}/miss"], robot, own, visuals, trajectory)
+        data["motions"].append({**motion_data(name, trajectory, found), "miss": miss_data(trajectory.diagnosis)})
+        if trajectory.diagnosis is not None:
+            panels.append(miss_panel("Why it failed" if len(motions) == 1 else name, trajectory.diagnosis))
         captions.append(
             caption(
                 name,
@@ -89,7 +94,7 @@ def motions_html(robot: Robot, motions: Sequence[tuple[str, Scene, Trajectory]])
             )
         )
     title = f"{', '.join(name for name, _, _ in motions)}: humanoid_rail"
-    body = playback_body("".join(captions), legend(first), data)
+    body = playback_body("".join(captions), legend(first), "".join(panels), data)
     return page_html(title, body, drawn, data, style="playback.css", scripts=SCRIPTS)
 
 

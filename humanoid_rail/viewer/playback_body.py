@@ -32,12 +32,17 @@ MOVES = (
 """The other keys, and what they do."""
 
 
-def playback_body(captions: str, legend: str, data: Mapping[str, Any]) -> str:
+WHY = ("W", "why", "Why it failed")
+"""The key of what a plan that failed shows, what the script calls it, and what it does."""
+
+
+def playback_body(captions: str, legend: str, panel: str, data: Mapping[str, Any]) -> str:
     """Return the page.
 
     Args:
         captions: What it says of each motion, as HTML.
         legend: What colours mean, as HTML.
+        panel: Why a plan failed, as HTML; empty if none did.
         data: What the script knows.
     """
     hands = "".join(
@@ -47,13 +52,15 @@ def playback_body(captions: str, legend: str, data: Mapping[str, Any]) -> str:
     moves = "".join(f"<dt>{_keys(keys)}</dt><dd>{does}</dd>" for keys, does in MOVES)
     views = "".join(
         f'<button type="button" data-view="{name}" aria-pressed="false"><kbd>{key}</kbd>{does}</button>'
-        for key, (name, does) in VIEWS.items()
+        for key, name, does in [*((key, *view) for key, view in VIEWS.items()), *([WHY] if panel else [])]
     )
+    why = f'<aside id="why" hidden>{panel}</aside>' if panel else ""
     return f"""<div id="page">
 <header id="caption">{captions}</header>
 <main id="stage">
 <div id="meshcat-pane"></div>
 <div id="labels"></div>
+{why}
 <button type="button" id="help-button" title="Keys and views (?)" aria-label="Keys and views">?</button>
 <aside id="help" hidden>
 <div><h2>View</h2><div class="views">{views}</div></div>

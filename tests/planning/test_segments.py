@@ -22,6 +22,7 @@ from humanoid_rail import (
     Scene,
     Sphere,
     Status,
+    load_robot_of_scene,
     load_scene,
     make_scene,
     retime,
@@ -149,16 +150,18 @@ def test_a_hand_is_turned_while_the_other_is_free(robot: Robot) -> None:
     np.testing.assert_allclose(rotation(robot, motion.q[-1], "left")[:, 0], [-1, 0, 0], atol=1e-6)
 
 
-def test_a_round_of_kitting(robot: Robot, tmp_path: Path) -> None:
+def test_a_round_of_kitting(tmp_path: Path) -> None:
     """The example: into the bays of a shelf, into a tray from above, certified, and followed by MuJoCo's robot."""
     asked = load_scene(ROOT / "scenes" / "picks.yaml")
+    robot = load_robot_of_scene(asked)
+    lengths = dh.Lengths(0.7, 0.3, 0.3, 0.22, 0.45, 0.45, 0.22, 0.45, 0.45, np.pi / 2)
     motion = retime(conftest.plan(robot, asked), robot, asked, dwell=0.2)
     assert motion.status is Status.REACHED, motion.reason
     assert motion.certified
     assert motion.limits_ok
     for step, arrival in zip(asked.steps, motion.arrivals, strict=True):
         q = motion.configuration(arrival)
-        for hand, there in zip(("left", "right"), dh.hands(q), strict=True):
+        for hand, there in zip(("left", "right"), dh.hands(q, lengths), strict=True):
             if (target := step[hand]) is not None:
                 np.testing.assert_allclose(there, target.position if isinstance(target, Pose) else target, atol=1e-6)
             if isinstance(target, Pose):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from humanoid_rail._resources import resource
-from humanoid_rail.model.library import PAPER, robots
+from humanoid_rail.model.library import OWN, robots
 from humanoid_rail.model.robot_file import read_robot_file
 from validation.check_robots import Case, check_motions, check_postures, load_case, scenes_of
 
@@ -23,7 +23,7 @@ def has(package: str) -> bool:
 
 
 needs_models = pytest.mark.skipif(not has("example-robot-data"), reason="needs the package example-robot-data")
-GALLERY = [name for name in robots() if name != PAPER]
+GALLERY = [name for name in robots() if name not in OWN]
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from conftest import ROOT, plan
 from pages import needs_browser, page_data, unpacked
 from screenshot import opened, seek
 
-from humanoid_rail import Robot, Scene, Trajectory, load_scene, retime
+from humanoid_rail import Robot, Scene, Trajectory, load_robot, load_scene, retime
 from humanoid_rail.viewer.playback import playback_html
 
 NAME = "<img src=x onerror=alert(1)> & more"
@@ -21,15 +21,20 @@ CLOCK = "() => [playback.clock.t, playback.clock.playing, playback.clock.speed]"
 
 
 @pytest.fixture(scope="module")
-def picks(robot: Robot) -> tuple[Scene, Trajectory]:
-    scene = load_scene(ROOT / "scenes" / "picks.yaml").model_copy(update={"name": NAME})
-    return scene, retime(plan(robot, scene), robot, scene)
+def human() -> Robot:
+    return load_robot("human-sized")
 
 
 @pytest.fixture(scope="module")
-def file(robot: Robot, picks: tuple[Scene, Trajectory], tmp_path_factory: pytest.TempPathFactory) -> Path:
+def picks(human: Robot) -> tuple[Scene, Trajectory]:
+    scene = load_scene(ROOT / "scenes" / "picks.yaml").model_copy(update={"name": NAME})
+    return scene, retime(plan(human, scene), human, scene)
+
+
+@pytest.fixture(scope="module")
+def file(human: Robot, picks: tuple[Scene, Trajectory], tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("pages") / "page.html"
-    path.write_text(playback_html(robot, *picks), encoding="utf-8")
+    path.write_text(playback_html(human, *picks), encoding="utf-8")
     return path
 
 
@@ -188,5 +193,5 @@ def test_names_are_text_whatever_is_in_them(page: Any) -> None:
     page.keyboard.press("n")
     page.wait_for_function("() => document.querySelectorAll('#labels .names:not([hidden])').length > 5")
     shown = page.locator("#labels .names:visible").all_inner_texts()
-    assert {"left", "right", "obstacles[3] (box)"} <= set(shown)
+    assert {"left", "right", "obstacles[3] (top board)"} <= set(shown)
     page.keyboard.press("n")

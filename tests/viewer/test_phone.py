@@ -9,13 +9,14 @@ from conftest import ROOT, plan
 from pages import needs_browser
 from screenshot import PHONE, opened
 
-from humanoid_rail import Robot, load_scene, retime
+from humanoid_rail import load_robot_of_scene, load_scene, retime
 from humanoid_rail.viewer.playback import playback_html
 
 
 @needs_browser
-def test_on_a_phone_nothing_overlaps_and_a_touch_is_enough(robot: Robot, tmp_path: Path) -> None:
+def test_on_a_phone_nothing_overlaps_and_a_touch_is_enough(tmp_path: Path) -> None:
     scene = load_scene(ROOT / "scenes" / "picks.yaml")
+    robot = load_robot_of_scene(scene)
     trajectory = retime(plan(robot, scene), robot, scene)
     (tmp_path / "page.html").write_text(playback_html(robot, scene, trajectory), encoding="utf-8")
     with opened(tmp_path / "page.html", PHONE) as (page, troubles):

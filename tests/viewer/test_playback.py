@@ -200,4 +200,4 @@ def test_the_page_says_why_there_is_no_path(robot: Robot) -> None:
     scene = load_scene(ROOT / "scenes" / "unsolvable" / "target_in_collision-1.yaml")
     page = playback_html(robot, scene, plan(robot, scene))
     assert "target in collision after" in page
-    assert "the left hand at its target would be 0.35 m inside obstacles[0] (sphere)" in page
+    assert "the left hand at its target would be 0.35 m inside obstacles[0] (ball)" in page

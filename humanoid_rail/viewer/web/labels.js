@@ -4,7 +4,7 @@
 const MOST_NAMES = 40; // of more obstacles, those nearest to the hands are named
 
 function makeLabels(viewer, page, figures, obstacles, inView) {
-  const layer = document.getElementById("labels"), shown = { names: false, steps: true };
+  const layer = document.getElementById("labels"), shown = { names: false, steps: true, miss: false };
   const labels = [];
 
   function add(kind, text, place, colour) {
@@ -42,6 +42,7 @@ function makeLabels(viewer, page, figures, obstacles, inView) {
   }
 
   return {
+    add,
     set(kind, value) {
       shown[kind] = value;
       if (kind === "names" && value && !named) nameObstacles();

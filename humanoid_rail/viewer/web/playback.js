@@ -23,6 +23,7 @@ document.addEventListener("drawn", () => {
   const obstacles = makeObstacles(viewer, page);
   stage.castShadows(obstacles.count);
   const labels = makeLabels(viewer, page, figures, obstacles, camera.inView);
+  const miss = makeMiss(viewer, page, figures, labels);
   const plots = makePlots(page, clock), timeline = makeTimeline(page, clock);
 
   const points = () => figures.flatMap(figure => [...figure.joints.slice(1), ...figure.hands]);
@@ -61,6 +62,8 @@ document.addEventListener("drawn", () => {
     steps: { isOn: true, turn: value => { labels.set("steps", value); viewer.set_dirty(); } },
     plots: { isOn: true, turn: value => { document.getElementById("plots").hidden = !value; } },
   };
+
+  if (miss) views.why = { isOn: true, turn: miss.set };
 
   clock.onChange(t => {
     for (const figure of figures) figure.show(t);

@@ -78,7 +78,7 @@ function makeStage(viewer, middle, radius, floor, scale) {
     // Let what is drawn cast shadows, unless it can be looked through.
     castShadows(count) {
       const cast = object => {
-        for (let up = object; up; up = up.parent) if (["closest", "traces", "targets"].includes(up.name)) return false;
+        for (let up = object; up; up = up.parent) if (["closest", "traces", "targets", "miss"].includes(up.name)) return false;
         return !object.material.transparent && (!object.isInstancedMesh || count <= MOST_SHADOWS);
       };
       viewer.scene_tree.find(["meshcat", "world"]).object.traverse(object => {
