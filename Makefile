@@ -48,7 +48,8 @@ picture: $(VENV)/test-installed
 	$(BIN)/python scripts/screenshot.py docs/picks.png --scene scenes/picks.yaml --at 3.6
 
 benchmark: $(VENV)/test-installed
-	$(BIN)/python -m benchmarks.engine_report --json out/benchmark.json --ratios docs/benchmarks.md --times docs/engine.md
+	$(BIN)/python -m benchmarks.engine_report --json out/benchmark.json --ratios docs/benchmarks.md --times docs/engine.md \
+		--following docs/follow.md
 
 # All methods on the planning scenes, including those of others: about a quarter of an hour, nearly all of it Pink's.
 evaluation: $(VENV)/test-installed

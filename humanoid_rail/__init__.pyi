@@ -1,6 +1,8 @@
 # The public names, imported by `__init__.py` when they are first used.
 from .collision.certificate import Certificate, Contact
 from .errors import EngineMissing, HumanoidRailError, InvalidInput
+from .following.follower import CycleTimes, Follower
+from .following.state import FollowerState, FollowerStatus, NearPair
 from .io.export import export
 from .io.plan_folder import read_plan, write_plan
 from .io.trajectory_files import read_trajectory, write_trajectory
@@ -36,8 +38,12 @@ __all__ = [
     "Certificate",
     "ConfigurationTask",
     "Contact",
+    "CycleTimes",
     "DirectionTask",
     "EngineMissing",
+    "Follower",
+    "FollowerState",
+    "FollowerStatus",
     "Gains",
     "GradientProjection",
     "HalfSpace",
@@ -48,6 +54,7 @@ __all__ = [
     "Mesh",
     "Motion",
     "NativeKinematics",
+    "NearPair",
     "Peak",
     "PointTask",
     "Pose",
