@@ -222,7 +222,7 @@ def constraints(
     sides = np.concatenate([sides for _, sides in dampers])
     slowest = np.maximum(rows, 0.0) @ lower + np.minimum(rows, 0.0) @ upper
     fastest = np.maximum(rows, 0.0) @ upper + np.minimum(rows, 0.0) @ lower
-    # Of speed away from an obstacle, beyond that of the fallback, no more than half of what the joints allow is asked for.
+    # Of speed away from an obstacle, beyond the fallback's, no more than half of what the joints allow is asked for.
     base = rows @ fallback
     sides = np.minimum(sides, base + 0.5 * (fastest - base))
     can_bind = (slowest < sides) & (fastest - slowest >= LEAST_RATE)
@@ -244,7 +244,7 @@ def safe_velocity(
     dt: float,
     reachable: Reachable | None = None,
 ) -> Array:
-    """Return q_dot (n,) closest to eq. 4.9's that the constraints allow, m/s and rad/s; the fallback if they allow none.
+    """Return q_dot (n,) closest to eq. 4.9's that the constraints allow, m/s and rad/s; the fallback if none.
 
     Args:
         robot: The robot.
