@@ -75,7 +75,7 @@ def main(
     rows = [[f.what, seconds(f.median), f"{seconds(f.low)} to {seconds(f.high)}"] for f in report.figures]
     print_table("times", "Times", TIME_COLUMNS, rows, times_page)
     print_table("ratios", "Ratios", RATIO_COLUMNS, [ratio_row(r) for r in report.ratios], ratios_page)
-    rows = [following_row(f) for f in report.followings]
+    rows = [list(following_row(f)) for f in report.followings]
     print_table("following", "Following at 1 kHz", FOLLOWING_COLUMNS, rows, following_page)
     if json_file is not None:
         json_file.parent.mkdir(parents=True, exist_ok=True)

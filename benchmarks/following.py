@@ -8,14 +8,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from humanoid_rail._arrays import Array
+from humanoid_rail._arrays import Array, triple
 from humanoid_rail.following.follower import CycleTimes, Follower
 from humanoid_rail.following.state import FollowerStatus
 from humanoid_rail.kinematics.kinematics import Kinematics
 from humanoid_rail.model.library import load_robot
 from humanoid_rail.model.robot import Robot
-from humanoid_rail.scene.obstacles import Box, Capsule, Obstacle, Sphere
+from humanoid_rail.scene.obstacles import Box, Capsule, Sphere
 from humanoid_rail.scene.scene import Scene
+from humanoid_rail.scene.targets import Step
 
 REPORTS = 30.0
 """Obstacles are moved this often, 1/s, as a hand in a browser or a camera would."""
@@ -87,22 +88,23 @@ def follow_for(robot: Robot, what: str, seconds: float, random: np.random.Genera
     return Following(what, seconds, follower.cycle_times, moved, reached, unproven, touching, looked)
 
 
-def _targets(robot: Robot, random: np.random.Generator) -> dict[str, tuple[float, ...]]:
-    return {hand: tuple(random.uniform(LOW, HIGH).tolist()) for hand in robot.hand_names}
+def _targets(robot: Robot, random: np.random.Generator) -> Step:
+    return {hand: triple(random.uniform(LOW, HIGH)) for hand in robot.hand_names}
 
 
 def _velocities(random: np.random.Generator) -> Array:
     directions = random.normal(size=(COUNT, 3))
     scale: Array = 0.95 * SPEED * random.uniform(0.2, 1.0, (COUNT, 1))
-    return scale * directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    velocities: Array = scale * directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    return velocities
 
 
-def _around(robot: Robot, random: np.random.Generator) -> tuple[Obstacle, ...]:
+def _around(robot: Robot, random: np.random.Generator) -> tuple[Sphere | Box | Capsule, ...]:
     """Return obstacles that do not touch the robot at its start."""
-    kept: list[Obstacle] = []
+    kept: list[Sphere | Box | Capsule] = []
     while len(kept) < COUNT:
         x, y, z = random.uniform(LOW, HIGH).tolist()
-        kinds: tuple[Obstacle, ...] = (
+        kinds: tuple[Sphere | Box | Capsule, ...] = (
             Sphere(center=(x, y, z), radius=0.2),
             Box(center=(x, y, z), size=(0.3, 0.2, 0.5)),
             Capsule(center=(x, y, z), radius=0.1, length=0.6),

@@ -20,7 +20,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from humanoid_rail import Follower, FollowerState, Robot, Scene, Sphere, export, load_robot, plan, retime
+from humanoid_rail import Follower, FollowerState, Pose, Robot, Scene, Sphere, export, load_robot, plan, retime
 
 BALL = Sphere(center=(-1.0, 2.6, 3.4), radius=0.15)
 BALL_SPEED = 0.3
@@ -110,7 +110,7 @@ def moving(scene: Scene) -> Scene:
     return scene.model_copy(update={"obstacles": (away,)})
 
 
-def targets(t: float) -> dict[str, tuple[float, float, float]]:
+def targets(t: float) -> dict[str, tuple[float, float, float] | Pose | None]:
     """Return where the hands have to be at a time in s: the left one on a circle of 0.3 m, once in 6 s."""
     angle = 2.0 * np.pi * t / 6.0
     return {

@@ -8,7 +8,7 @@ import click
 
 from humanoid_rail.cli.console import Command, console, has_display
 from humanoid_rail.cli.robot_options import RobotOptions, takes_a_robot
-from humanoid_rail.model.library import load_robot
+from humanoid_rail.io.carried_robot import given_robot
 from humanoid_rail.paper.cases import paper_scene
 from humanoid_rail.scene.scene import load_robot_of_scene, load_scene
 
@@ -36,9 +36,8 @@ def command(scene: str | None, robot: RobotOptions, host: str, port: int, view: 
     from humanoid_rail.live.server import serve
 
     world = paper_scene() if scene is None else load_scene(scene)
-    source, given = robot["robot_file"], {"srdf": robot["srdf"], "packages": list(robot["packages"])}
-    chosen = {name: value for name, value in given.items() if value}
-    loaded = load_robot_of_scene(world) if source is None else load_robot(source, **chosen)  # type: ignore[arg-type]
+    source, srdf, packages = robot["robot_file"], robot["srdf"], robot["packages"]
+    loaded = load_robot_of_scene(world) if source is None else given_robot(source, srdf, packages)
 
     def ready(url: str) -> None:
         console().print(f"Live at {url} until Ctrl-C.", soft_wrap=True)

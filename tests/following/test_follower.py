@@ -176,17 +176,17 @@ def test_it_is_at_rest_before_what_comes_at_it(robot: Robot) -> None:
     rng, met = np.random.default_rng(4), 0
     for _ in range(12):
         side = rng.normal(size=3)
-        place = Kinematics(robot).hand_positions(robot.initial).reshape(-1, 3)[0] + 0.9 * side / np.linalg.norm(side)
+        place = Kinematics(robot).hand_positions(robot.initial).reshape(-1, 3)[0] + 2.0 * side / np.linalg.norm(side)
         ball: Obstacle = Sphere(center=tuple(place.tolist()), radius=0.15)
         if Kinematics(robot, (ball,)).measure(robot.initial).clearance.min() < 0.2:
             continue
-        follower = Follower(robot, Scene(targets=AHEAD, obstacles=(ball,)), dt=DT, obstacle_speed=1.0)
-        q = robot.initial
+        follower = Follower(robot, Scene(targets=AHEAD, obstacles=(ball,)), dt=DT, obstacle_speed=4.0)
+        q, fastest = robot.initial, 0.0
         for _ in range(150):
             state = follower.step()
             clear = Kinematics(robot, (ball,)).measure(q).clearance.min()
             if clear < 0.0:
-                met += 1
+                met += fastest > 0.1
                 assert not state.velocity.any()
                 assert state.status is FollowerStatus.STOPPED or state.error <= 0.01
                 assert state.closest is not None
@@ -194,9 +194,9 @@ def test_it_is_at_rest_before_what_comes_at_it(robot: Robot) -> None:
                 break
             hand = Kinematics(robot).hand_positions(state.q).reshape(-1, 3)[0]
             towards = hand - np.array(ball.center)
-            ball = turned(ball, 0.999 * DT * towards / np.linalg.norm(towards), np.zeros(3))
+            ball = turned(ball, 3.99 * DT * towards / np.linalg.norm(towards), np.zeros(3))
             follower.move_obstacle(0, ball.center)
-            q = state.q
+            q, fastest = state.q, max(fastest, float(abs(state.velocity).max()))
     assert met >= 3
 
 
@@ -218,7 +218,7 @@ def test_a_joint_speeds_up_as_its_limit_allows(robot: Robot) -> None:
     follower.set_tasks([ConfigurationTask(("rail",), (target,)), ConfigurationTask(tuple(others), tuple(rest))])
     rail, expected, q = robot.joint_names.index("rail"), 0.0, float(robot.initial[0])
     assert rail == 0
-    for _ in range(400):
+    for _ in range(700):
         state = follower.step()
         expected = min(expected + DT * float(follower.acceleration_limit[0]), target - q, robot.velocity_limit[0])
         assert state.velocity[0] == pytest.approx(expected, abs=2e-6)
@@ -237,13 +237,17 @@ def test_two_runs_are_the_same(some_robot: Robot) -> None:
         assert a.reason == b.reason
 
 
-def test_out_of_reach_it_stands_still(robot: Robot) -> None:
+def test_out_of_reach_it_comes_to_rest(robot: Robot) -> None:
+    """Stretched out, where small moves of the hands take large ones of the joints."""
     scene = Scene(targets={"left": (0.0, 2.0, 9.0), "right": (0.0, 2.2, 9.0)})
-    follower = Follower(robot, scene, dt=0.02, gains=Gains(c_mu=0.0))
-    for _ in range(1500):
+    follower = Follower(robot, scene, dt=0.002, gains=Gains(c_mu=0.0))
+    speeds = []
+    for _ in range(4000):
         state = follower.step()
         assert state.proven
-    assert state.status is FollowerStatus.STOPPED
+        speeds.append(float((abs(state.velocity) / robot.velocity_limit).max()))
+    assert max(speeds) > 0.3
+    assert max(speeds[-100:]) < 0.05
     assert state.error > 1.0
 
 
@@ -321,7 +325,7 @@ def objective(state: State) -> np.ndarray:
         ({"dt": 1.0}, "dt"),
         ({"tolerance": 0.0}, "tolerance"),
         ({"start": [0.0]}, "start"),
-        ({"start": np.full(12, 100.0)}, "start"),
+        ({"start": np.full(12, 100.0)}, "start[0] (rail)"),
         ({"acceleration_limit": -1.0}, "acceleration_limit (rail)"),
         ({"acceleration_limit": [1.0, 2.0]}, "acceleration_limit"),
         ({"obstacle_speed": -1.0}, "obstacle_speed"),
