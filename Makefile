@@ -6,7 +6,7 @@ ENGINE := $(wildcard engine/*.[hc]pp engine/*/*.[hc]pp)
 
 .DELETE_ON_ERROR:
 .PHONY: plan test lint docs docs-serve generate figures picture benchmark evaluation regression retiming certificates \
-	distances urdfs meshes robots gallery sanitize clean
+	distances views urdfs meshes robots gallery sanitize clean
 
 plan: $(VENV)/plan-installed
 	@echo "A kitting round, several targets one after the other, retimed for a drive:"
@@ -44,8 +44,11 @@ figures: $(VENV)/test-installed
 	cp out/paper/sweep_activation_distance.png docs/activation_distance.png
 
 picture: $(VENV)/test-installed
-	$(BIN)/python scripts/screenshot.py docs/case3.png --at 1.9
-	$(BIN)/python scripts/screenshot.py docs/picks.png --scene scenes/picks.yaml --at 3.6
+	$(BIN)/python scripts/pictures.py --out docs/pictures
+
+# How much of the robot obstacles hide from the camera of the playback page: half a minute.
+views: $(VENV)/test-installed
+	$(BIN)/python -m validation.check_views scenes/dev --readme docs/page.md
 
 benchmark: $(VENV)/test-installed
 	$(BIN)/python -m benchmarks.engine_report --json out/benchmark.json --ratios docs/benchmarks.md --times docs/engine.md \
@@ -90,7 +93,7 @@ robots: $(VENV)/test-installed
 gallery: $(VENV)/test-installed
 	$(BIN)/python scripts/gallery.py --readme docs/robots.md
 	for scene in scenes/robots/*-shelf.json; do \
-		$(BIN)/python scripts/screenshot.py docs/robots/$$(basename $$scene -shelf.json).png --scene $$scene --size 840 560 \
+		$(BIN)/python scripts/screenshot.py docs/robots/$$(basename $$scene -shelf.json).png --scene $$scene --size 840 560 --stage \
 		|| exit 1; done
 
 # The tests of the native engine under AddressSanitizer and UndefinedBehaviorSanitizer, with GCC, in an environment of

@@ -4,7 +4,7 @@ from .errors import EngineMissing, HumanoidRailError, InvalidInput
 from .following.follower import CycleTimes, Follower
 from .following.state import FollowerState, FollowerStatus, NearPair
 from .io.export import export
-from .io.plan_folder import read_plan, write_plan
+from .io.plan_folder import Plan, read_plan, write_plan
 from .io.trajectory_files import read_trajectory, write_trajectory
 from .kinematics.joint_limits import Violation
 from .kinematics.kinematics import Kinematics
@@ -29,6 +29,7 @@ from .scene.obstacles import Box, Capsule, HalfSpace, Mesh, Sphere
 from .scene.scene import Scene, load_robot_of_scene, load_scene, make_scene
 from .scene.targets import Pose
 from .trajectory import Trajectory
+from .viewer.notebook import Page, view
 
 __version__: str
 __all__ = [
@@ -55,7 +56,9 @@ __all__ = [
     "Motion",
     "NativeKinematics",
     "NearPair",
+    "Page",
     "Peak",
+    "Plan",
     "PointTask",
     "Pose",
     "Problem",
@@ -93,6 +96,7 @@ __all__ = [
     "robots",
     "solve",
     "verify",
+    "view",
     "write_plan",
     "write_trajectory",
 ]

@@ -7,7 +7,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 from inspect import Parameter, Signature
-from typing import TYPE_CHECKING, Annotated, Any, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
@@ -131,6 +131,9 @@ class Frozen(BaseModel, metaclass=_Metaclass):
         frozen=True, extra="forbid", strict=True, allow_inf_nan=False, use_attribute_docstrings=True
     )
 
+    described_in: ClassVar[str] = "docs/scenes.md"
+    """The page that describes the fields."""
+
     @model_validator(mode="before")
     @classmethod
     def _know_every_key(cls, data: object) -> object:
@@ -141,7 +144,7 @@ class Frozen(BaseModel, metaclass=_Metaclass):
                     required = [name for name, field in cls.model_fields.items() if field.is_required()]
                     missing = [name for name in required if name not in data]
                     valid = f"no such field{did_you_mean(key, [n for n in cls.model_fields if n not in data])}"
-                    valid += f"; missing here: {', '.join(missing)}" if missing else "; see docs/scenes.md"
+                    valid += f"; missing here: {', '.join(missing)}" if missing else f"; see {cls.described_in}"
                     raise PydanticCustomError("unknown_key", "{valid}", {"valid": valid, "number": number})
         return data
 

@@ -5,24 +5,40 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from threading import Timer
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rich.progress import Progress, ProgressColumn
 
+PATIENCE = 1.0
+"""What takes less time than this shows nothing, s."""
+
 
 @contextmanager
 def progress(what: str) -> Iterator[None]:
-    """Show that something is going on, on stderr if that is a terminal."""
+    """Show that something is going on and for how long, on stderr if that is a terminal, once it takes `PATIENCE`.
+
+    What is done has to let other threads run, as the native engine does.
+    """
     if not sys.stderr.isatty():
         yield
         return
     # Imported here: it is needed only where somebody looks.
-    from rich.progress import SpinnerColumn, TextColumn
+    from rich.progress import SpinnerColumn, TextColumn, TimeElapsedColumn
 
-    with _shown(SpinnerColumn(), TextColumn("{task.description} ..."), transient=True) as bar:
-        bar.add_task(what, total=None)
+    bar = _shown(SpinnerColumn(), TextColumn("{task.description} ..."), TimeElapsedColumn(), transient=True)
+    bar.add_task(what, total=None)
+    timer = Timer(PATIENCE, bar.start)
+    timer.daemon = True
+    timer.start()
+    try:
         yield
+    finally:
+        timer.cancel()
+        timer.join()  # it may be starting the display right now
+        if bar.live.is_started:
+            bar.stop()
 
 
 @contextmanager

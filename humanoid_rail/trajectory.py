@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from humanoid_rail._arrays import Array
+from humanoid_rail._arrays import Array, frozen
+from humanoid_rail._native import why_no_engine
 from humanoid_rail.collision.certificate import Certificate
+from humanoid_rail.errors import MISSING, InvalidInput
 from humanoid_rail.kinematics.joint_limits import Violation
+from humanoid_rail.kinematics.kinematics import Kinematics
+from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.path_metric import PathQuality
+from humanoid_rail.model.robot import Robot
+from humanoid_rail.resampling import evaluate, resampled
 from humanoid_rail.result import Method, Motion, Provenance, Samples, Search, Status, Timing, Verdict
-
-if TYPE_CHECKING:
-    from scipy.interpolate import CubicHermiteSpline
+from humanoid_rail.scene.scene import Scene
+from humanoid_rail.trajectory_html import table_of
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -29,10 +34,18 @@ class Trajectory:
     samples: Samples
     verdict: Verdict
     provenance: Provenance
+    robot: Robot | None = None
+    """The robot that it was planned for; None if it is not known, as where only a trajectory was read."""
+    scene: Scene | None = None
+    """The scene that it was planned in; None if it is not known."""
 
     def __repr__(self) -> str:
         said = f"{self.status}, {self.duration:.4f} s, {len(self.t)} samples"
         return f"Trajectory({said}, certified={self.certified}, limits_ok={self.limits_ok})"
+
+    def _repr_html_(self) -> str:
+        """Return a table of what came of the plan, which notebooks show."""
+        return table_of(self.provenance, self.verdict, self.duration, len(self.t))
 
     @property
     def t(self) -> Array:
@@ -98,11 +111,6 @@ class Trajectory:
     def arrivals(self) -> tuple[float, ...]:
         """When the hands are at each of the scene's targets in turn, s."""
         return self.verdict.arrivals
-
-    @property
-    def scene(self) -> str:
-        """Name of the scene."""
-        return self.provenance.scene
 
     @property
     def method(self) -> Method:
@@ -189,11 +197,48 @@ class Trajectory:
 
         Between samples it is linear, or a cubic if the motion was retimed.
         """
-        if self.timing is None or len(self.t) == 1:
-            return np.array([np.interp(t, self.t, column) for column in self.q.T])
-        i = int(np.clip(np.searchsorted(self.t, t, side="right"), 1, len(self.t) - 1))
-        spline = _spline(self.motion, slice(i - 1, i + 1))
-        return np.asarray(spline(np.clip(t, self.t[0], self.t[-1])), float)
+        q, _, _ = evaluate(self.motion, np.array([t], float))
+        there: Array = q[0]
+        return there
+
+    def planned_for(self, robot: Robot | None = None, scene: Scene | None = None) -> tuple[Robot, Scene]:
+        """Return the robot and the scene it was planned for, or those that are given instead.
+
+        Raises:
+            InvalidInput: If one is neither given nor known.
+        """
+        robot, scene = robot if robot is not None else self.robot, scene if scene is not None else self.scene
+        if robot is None or scene is None:
+            valid = "given, or known as in what plan() returns and in read_plan(folder).trajectory"
+            raise InvalidInput("trajectory.robot" if robot is None else "trajectory.scene", MISSING, valid)
+        return robot, scene
+
+    def resample(self, dt: float) -> Trajectory:
+        """Return the same motion with a sample every dt in s, and at the samples that it has.
+
+        Positions, velocities and accelerations are those of the motion at these times. Between its samples it is what
+        it was before, up to rounding, which is far below the 1 um that proofs keep. So status, certificate and
+        violations stay as they are. For samples at other times only, which make it another motion, use :func:`retime`.
+
+        Args:
+            dt: Time between samples, s. They are evenly spaced if that between the motion's own is a multiple of it.
+
+        Raises:
+            InvalidInput: If dt is no number greater than 0 or so small that there are more than a million samples, or
+                the trajectory does not know its robot and scene.
+        """
+        robot, scene = self.planned_for()
+        motion, own = resampled(self.motion, dt)
+        engine = Kinematics if why_no_engine() else NativeKinematics
+        horizon = np.inf if self.method.far_clearances else self.method.epsilon
+        parts = {name: getattr(self.samples, name) for name in ("hands", "clearance", "manipulability")}
+        if not own.all():
+            course = engine(robot, scene.obstacles).along(motion.q[~own], horizon, motion.t[~own])
+            for name, known in parts.items():
+                every = np.empty((len(own), *known.shape[1:]))
+                every[own], every[~own] = known, getattr(course, name)
+                parts[name] = frozen(every)
+        return replace(self, motion=motion, samples=replace(self.samples, **parts))
 
     def summary(self) -> dict[str, Any]:
         """Return the result without its samples, as plain data: what `summary.json` holds."""
@@ -211,7 +256,7 @@ class Trajectory:
             "arrivals": list(self.arrivals),
             "peaks": None if self.timing is None else [_finite(asdict(peak)) for peak in self.timing.peaks],
             "manipulability_final": float(self.manipulability[-1]),
-            "scene": self.scene,
+            "scene": self.provenance.scene,
             "method": {"name": self.method.name, **self.method.options()},
             "c_mu": self.provenance.c_mu,
             "engine": self.engine,
@@ -225,15 +270,6 @@ class Trajectory:
             "joint_names": list(self.joint_names),
             "hand_names": list(self.hand_names),
         }
-
-
-def _spline(motion: Motion, piece: slice) -> CubicHermiteSpline:
-    """Return the cubic spline through a piece of a retimed motion."""
-    # Imported here: it takes longer than the whole package.
-    from scipy.interpolate import CubicHermiteSpline
-
-    assert motion.timing is not None
-    return CubicHermiteSpline(motion.t[piece], motion.q[piece], motion.timing.velocity[piece])
 
 
 def _finite(peak: Mapping[str, Any]) -> dict[str, Any]:

@@ -14,7 +14,6 @@ from playwright.sync_api import Page, sync_playwright
 from humanoid_rail import HumanoidRailError, load_robot_of_scene, load_scene, paper_scene, plan, plan_case, retime
 from humanoid_rail._files import check_file, write_file
 from humanoid_rail.cli.console import console, run
-from humanoid_rail.viewer.caption import HINT
 from humanoid_rail.viewer.playback import playback_html
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
@@ -29,6 +28,8 @@ ARGUMENTS = [
     "--disable-sync",
     "--no-first-run",
 ]
+DESKTOP, PHONE = (1280, 800), (390, 844)
+"""Sizes of windows, pixels."""
 
 
 def browser_path() -> str | None:
@@ -37,44 +38,38 @@ def browser_path() -> str | None:
 
 
 @contextmanager
-def opened(page_file: Path, size: tuple[int, int] = (1280, 760)) -> Iterator[tuple[Page, list[str]]]:
-    """Open a playback page; yields it, and the list of what went wrong in it: errors and requests to the network.
+def opened(page_file: Path, size: tuple[int, int] = DESKTOP) -> Iterator[tuple[Page, list[str]]]:
+    """Open a page in a window of a size, or of a phone if it is narrow.
 
-    Args:
-        page_file: The page.
-        size: Width and height of the window, pixels.
+    Yields the page, and the list of what went wrong in it: errors and requests to the network.
     """
     path = browser_path()
     if path is None:
         raise HumanoidRailError(f"no browser: install one of {', '.join(BROWSERS)}")
     troubles: list[str] = []
+    width, height = size
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=path, args=ARGUMENTS)
-        page = browser.new_page(viewport={"width": size[0], "height": size[1]})
+        page = browser.new_page(viewport={"width": width, "height": height}, has_touch=width < height)
         page.on("console", lambda message: troubles.append(message.text) if message.type == "error" else None)
         page.on("pageerror", lambda error: troubles.append(str(error)))
         page.on("request", lambda request: troubles.append(request.url) if request.url.startswith("http") else None)
         page.goto(page_file.resolve().as_uri())
-        # meshcat takes its commands in one after the other; the animation comes with the first.
-        page.wait_for_function("() => viewer.animator.actions.length > 0")
-        page.wait_for_timeout(1000)
+        page.wait_for_function("() => window.playback !== undefined || window.isReady")
+        page.wait_for_timeout(300)
         yield page, troubles
         browser.close()
 
 
 def seek(page: Page, t: float) -> None:
-    """Stop the animation at a time in s."""
-    page.evaluate("t => { viewer.animator.pause(); viewer.animator.seek(t); viewer.render(); }", t)
-    page.wait_for_timeout(200)
+    """Stop the motion of a page at a time in s, and wait until that is drawn and what hides the robot has faded."""
+    page.evaluate("t => { playback.clock.pause(); playback.clock.seek(t); }", t)
+    settle(page)
 
 
-ONLY_A_PICTURE = f"""() => {{
-    viewer.gui.domElement.remove();
-    const hint = document.querySelector(".{HINT}").parentElement;
-    hint.parentElement.style.maxWidth = "96vw";
-    hint.remove();
-}}"""
-"""Leaves out what is for those who use the page: its controls, and how to use them."""
+def settle(page: Page) -> None:
+    """Wait until what hides the robot has faded and all is drawn."""
+    page.wait_for_function("() => playback.obstacles.isSettled && !viewer.needs_render")
 
 
 @click.command()
@@ -82,8 +77,11 @@ ONLY_A_PICTURE = f"""() => {{
 @click.option("--case", default=3, show_default=True, help="Case of the paper.")
 @click.option("--scene", "scene_file", help="A scene file instead, planned by auto for its robot and retimed.")
 @click.option("--at", type=float, help="Time of the motion, s; its end if not given.")
-@click.option("--size", default=(1280, 760), show_default=True, type=(int, int), help="Width and height, pixels.")
-def main(picture: Path, case: int, scene_file: str | None, at: float | None, size: tuple[int, int]) -> None:
+@click.option("--size", default=DESKTOP, show_default=True, type=(int, int), help="Width and height, pixels.")
+@click.option("--stage", is_flag=True, help="Of the scene alone, without what is around it.")
+def main(
+    picture: Path, case: int, scene_file: str | None, at: float | None, size: tuple[int, int], stage: bool
+) -> None:
     """Plan a case of the paper and write a PICTURE of its playback page."""
     check_file(picture)
     scene = paper_scene() if scene_file is None else load_scene(scene_file)
@@ -93,9 +91,10 @@ def main(picture: Path, case: int, scene_file: str | None, at: float | None, siz
         page_file = Path(folder) / "playback.html"
         page_file.write_text(playback_html(robot, scene, motion), encoding="utf-8")
         with opened(page_file, size) as (page, _):
-            page.evaluate(ONLY_A_PICTURE)
+            if stage:
+                page.add_style_tag(content="#caption, #plots, #timeline, #help-button { display: none !important; }")
             seek(page, motion.duration if at is None else at)
-            taken = page.screenshot()
+            taken = page.locator("#stage").screenshot() if stage else page.screenshot()
     write_file(picture, taken)
     console().print(f"{picture}", soft_wrap=True)
 

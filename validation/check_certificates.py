@@ -5,6 +5,7 @@ These statements must hold of every motion:
 1. One that is certified touches nothing, and nothing comes nearer than its bound of the clearance.
 2. One that is free by more than 1 mm is certified.
 3. A contact is where and when it is said to be, nothing touches before, and one that touches has a contact.
+4. Links that share an end touch nowhere far from it, whether they were checked there or said not to need it.
 
 The plain geometry is in `plain_geometry.py`, and what motions there are in `random_motions.py`.
 """
@@ -29,12 +30,14 @@ from humanoid_rail.progress import progress_bar
 from humanoid_rail.scene.obstacles import Obstacle, name_of
 from validation.plain_geometry import (
     LINKS,
+    NEIGHBOURS,
     PAIRS,
     RADIUS,
     Course,
     bones,
     clearance,
     configuration,
+    far_segments,
     point_segment,
     segment_segment,
 )
@@ -121,10 +124,15 @@ def check(seed: int, finer: int, index: int) -> Outcome:
     except HumanoidRailError as error:
         raise HumanoidRailError(f"motion {index}: {error}") from error
     course = motion.follow(finer)
-    apart = clearances(course, motion.obstacles)
+    apart, neighbours = clearances(course, motion.obstacles), course.between_neighbours()
     bound = certificate.clearance_bound
     assert bound is not None  # there are links to touch
+    if any("checked only" in pair.why for pair in certificate.unchecked_pairs):
+        apart = np.hstack([apart, neighbours])
     broken = judge(motion, course, apart, certificate)
+    if certificate.certified and neighbours.min() <= 0.0:
+        links = [LINKS[i] for i in NEIGHBOURS[int(neighbours.min(axis=0).argmin())]]
+        broken = (*broken, f"certified, but {' and '.join(links)} meet away from their joint")
     return Outcome(index, motion.kind, certificate.certified, float(apart.min()), bound, broken)
 
 
@@ -140,8 +148,7 @@ def judge(motion: Motion, course: Course, apart: Array, certificate: Certificate
     """Return which statements a certificate breaks, given the clearances (M, P) on the course of its motion."""
     k, pair = np.unravel_index(apart.argmin(), apart.shape)
     least, bound, contact = apart[k, pair], certificate.clearance_bound, certificate.contact
-    number, link = divmod(int(pair) - len(PAIRS), len(LINKS))
-    names = [LINKS[i] for i in PAIRS[pair]] if number < 0 else [LINKS[link], name_of(motion.obstacles, number)]
+    names = _names(motion, int(pair))
     found = f"{' and '.join(names)} are {1e3 * least:.4f} mm apart at t = {course.t[k]:.6f} s"
     broken = []
     if certificate.certified and (least <= 0.0 or contact is not None):
@@ -160,12 +167,26 @@ def judge(motion: Motion, course: Course, apart: Array, certificate: Certificate
     return tuple(broken)
 
 
+def _names(motion: Motion, pair: int) -> list[str]:
+    """Return what the two of a pair are called: of links, of a link and an obstacle, of neighbours."""
+    number, link = divmod(pair - len(PAIRS), len(LINKS))
+    if number < 0:
+        return [LINKS[i] for i in PAIRS[pair]]
+    if number < len(motion.obstacles):
+        return [LINKS[link], name_of(motion.obstacles, number)]
+    return [LINKS[i] for i in NEIGHBOURS[pair - len(PAIRS) - len(LINKS) * len(motion.obstacles)]]
+
+
 def distance_of(contact: Contact, motion: Motion) -> float:
     """Return how far from each other the two are that are said to touch, or its point from the link, m."""
     ends = bones(configuration(motion.t, motion.q, contact.t))
     bone = ends[LINKS.index(contact.link)]
     if contact.other in LINKS:
-        apart = segment_segment(bone, ends[LINKS.index(contact.other)]) - 2.0 * RADIUS
+        pair = (LINKS.index(contact.link), LINKS.index(contact.other))
+        segments = (ends[pair[0]], ends[pair[1]])
+        if tuple(sorted(pair)) in NEIGHBOURS:
+            segments = far_segments(*segments)
+        apart = segment_segment(*segments) - 2.0 * RADIUS
     else:
         names = [name_of(motion.obstacles, i) for i in range(len(motion.obstacles))]
         apart = clearance(motion.obstacles[names.index(contact.other)], contact.t, bone)

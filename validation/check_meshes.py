@@ -5,8 +5,9 @@ These statements must hold of every mesh:
 1. It is accepted.
 2. A point inside of it is inside for the engine, to within GAP of the mesh's size.
 3. A point that is inside for the engine is inside of the mesh, or nearer to it than TOLERANCE of its size.
+4. Of its parts in files that are easily read in part, all is read, or the file is refused.
 
-The meshes are in `random_meshes.py`.
+The meshes are in `random_meshes.py`, the files of the last statement in `mesh_traps.py`.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ from humanoid_rail._arrays import Array
 from humanoid_rail.cli.console import check_least, console, run
 from humanoid_rail.progress import progress_bar
 from humanoid_rail.scene.shapes import placed_shapes
+from validation.mesh_traps import read_wrongly
 from validation.random_meshes import Part, RandomMesh, make_mesh
 
 GAP = 1e-3
@@ -90,6 +92,7 @@ def check(seed: int, index: int) -> Outcome:
     mesh = make_mesh(seed, index)
     with TemporaryDirectory() as folder:
         try:
+            wrongly = list(read_wrongly([part.placed() for part in mesh.parts], Path(folder)))
             obstacle = Mesh(file=str(mesh.write(Path(folder))), center=(0.0, 0.0, 0.0))
         except HumanoidRailError as error:
             return Outcome(index, mesh.suffix, mesh.troubles, 0, 0, np.inf, np.inf, (f"refused: {error}",))
@@ -101,6 +104,7 @@ def check(seed: int, index: int) -> Outcome:
     excess = distance_to_surface(mesh, taken) / mesh.size
     broken = [f"a point inside is outside of all pieces by {gap:.4f} of the size"] * (gap > GAP)
     broken += [f"a point {excess:.4f} of the size outside is in a piece"] * (excess > TOLERANCE)
+    broken += [f"a file is read wrongly ({name})" for name in wrongly]
     return Outcome(index, mesh.suffix, mesh.troubles, len(obstacle.pieces), len(inside), gap, excess, tuple(broken))
 
 

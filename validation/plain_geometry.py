@@ -43,9 +43,33 @@ PAIRS = links_that_may_collide(Path(__file__).resolve().parent.parent / "robots"
 """Pairs of links that must not touch."""
 
 
+NEIGHBOURS = tuple(
+    (a, b)
+    for a, b in combinations(range(len(LINKS)), 2)
+    if (a, b) not in PAIRS and {LINKS[a], LINKS[b]} != {"left_clavicle", "right_clavicle"}
+)
+"""Pairs of links that share an end and move relative to each other: they must not touch away from it."""
+
+
 def bones(q: Array) -> Array:
     """Return the end points (..., 9, 2, 3) of the bones at configurations (..., 12), m."""
     return np.stack(list(dh.bones(q).values()), axis=-3)
+
+
+def far_segments(one: Array, other: Array) -> tuple[Array, Array]:
+    """Return what is left of bones (..., 2, 3) that share an end, farther from it than half the shorter one's length.
+
+    The length is that of the capsule from the shared end on, and the cut is where its surface is that far away.
+    """
+    ends = ((i, j) for i in (0, 1) for j in (0, 1))
+    i, j = min(ends, key=lambda k: float(_norm(one[..., k[0], :] - other[..., k[1], :]).max()))
+    lengths = [_norm(bone[..., 1, :] - bone[..., 0, :]) for bone in (one, other)]
+    begin = np.sqrt((0.5 * (np.minimum(*lengths) + RADIUS)) ** 2 - RADIUS**2)
+    cut = []
+    for bone, shared, length in zip((one, other), (i, j), lengths, strict=True):
+        near, far = bone[..., shared, :], bone[..., 1 - shared, :]
+        cut.append(np.stack([near + (begin / length)[..., None] * (far - near), far], axis=-2))
+    return cut[0], cut[1]
 
 
 def rotation(rpy: tuple[float, float, float]) -> Array:
@@ -156,6 +180,11 @@ class Course:
         k, pair = np.nonzero(lower < max(near, apart.min()))
         lower[k, pair] = segment_segment(self.bones[k, one[pair]], self.bones[k, other[pair]]) - 2.0 * RADIUS
         return lower
+
+    def between_neighbours(self) -> Array:
+        """Return the clearance of what is far from the shared end of each of NEIGHBOURS (M, 8), m."""
+        far = [far_segments(self.bones[:, one], self.bones[:, other]) for one, other in NEIGHBOURS]
+        return np.stack([segment_segment(*segments) - 2.0 * RADIUS for segments in far], axis=-1)
 
     def _at_anchors(self, values: Array) -> Array:
         repeated: Array = np.repeat(values, STRIDE, axis=0)[: len(self.t)]

@@ -1,6 +1,7 @@
 #include "../collision/certifier.hpp"
 #include "../collision/closest_pairs.hpp"
 #include "../collision/edge_checker.hpp"
+#include "../kinematics/link_boxes.hpp"
 #include "bindings.hpp"
 #include "guard.hpp"
 
@@ -162,6 +163,38 @@ void bind_motion_bound(nb::module_& module) {
           "change"_a, "slide"_a, "origin"_a);
 }
 
+void bind_link_boxes(nb::module_& module) {
+  struct Boxes {
+    explicit Boxes(const RobotPointer& robot) : kinematics(robot), boxes(robot) {}
+    Kinematics kinematics;
+    LinkBoxes boxes;
+  };
+  using Guard = Guarded<Boxes>;
+  nb::class_<Guard>(module, "LinkBoxes", "Bounds of pairs of links that take long to measure, from boxes around them.")
+      .def(nb::init<RobotPointer>(), "robot"_a)
+      .def(
+          "bounds",
+          [](Guard& self, const Eigen::Ref<const Vector>& q, const Vector& velocity) {
+            const Robot& robot = self.constant().kinematics.robot();
+            check_configuration("q", q, robot.n());
+            check_configuration("velocity", velocity, robot.n());
+            return self.with([&](Boxes& with) {
+              with.kinematics.move_to(q);
+              with.boxes.move_to(with.kinematics);
+              with.boxes.set_velocity(with.kinematics, velocity);
+              std::vector<std::tuple<int, double, double>> found;
+              int pair = -1;
+              for (const auto& [link, other] : robot.self_collision_pairs) {
+                if (!robot.takes_long(++pair)) continue;
+                found.emplace_back(pair, with.boxes.distance(link, other), with.boxes.approach(link, other));
+              }
+              return found;
+            });
+          },
+          "q"_a, "velocity"_a,
+          "Of each pair its number, a lower bound of its distance, m, and an upper one of its approach, m/s.");
+}
+
 using Closest = std::tuple<int, int, double, Eigen::Matrix<double, 2, 3, Eigen::RowMajor>>;
 
 std::vector<Closest> plain(const std::vector<Nearest>& pairs) {
@@ -182,6 +215,7 @@ void bind_collision(nb::module_& module) {
   bind_edge_checker(module);
   bind_swept_distance(module);
   bind_motion_bound(module);
+  bind_link_boxes(module);
   module.def(
       "closest_pairs",
       [](RobotPointer robot, const Obstacles& obstacles, const Eigen::Ref<const Vector>& t,

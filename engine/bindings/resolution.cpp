@@ -1,5 +1,6 @@
 #include "../kinematics/evaluation.hpp"
 #include "../resolution/rollout.hpp"
+#include "../resolution/step_judge.hpp"
 #include "bindings.hpp"
 #include "guard.hpp"
 
@@ -140,6 +141,40 @@ void bind_followers(nb::class_<Guard>& kinematics) {
           "start"_a, "tasks"_a, "gains"_a, "safety"_a, "settings"_a);
 }
 
+void bind_step_judge(nb::module_& module) {
+  nb::enum_<Step>(module, "Step", "What is known of a step of a rollout.")
+      .value("SAFE", Step::safe)
+      .value("FREE", Step::free)
+      .value("BLOCKED", Step::blocked);
+  struct Judge {
+    Judge(const std::shared_ptr<const Robot>& robot, double safety_distance)
+        : scene(robot, Obstacles()), judge(robot, Obstacles(), safety_distance) {}
+    SceneKinematics scene;
+    StepJudge judge;
+  };
+  using JudgeGuard = Guarded<Judge>;
+  nb::class_<JudgeGuard>(module, "StepJudge", "Whether steps without obstacles are safe.")
+      .def(nb::init<std::shared_ptr<const Robot>, double>(), "robot"_a, "safety_distance"_a)
+      .def(
+          "judge",
+          [](JudgeGuard& self, const Eigen::Ref<const Vector>& a, const Eigen::Ref<const Vector>& b, double horizon) {
+            const int n = self.constant().scene.robot().n();
+            check_configuration("a", a, n);
+            check_configuration("b", b, n);
+            return self.with([&](Judge& with) {
+              const auto place = [&](const Eigen::Ref<const Vector>& q) {
+                Place at;
+                with.scene.glance(q, 0.0, horizon, horizon, at.seen);
+                SweptDistance::snapshot(0.0, with.scene.kinematics(), at.snapshot);
+                return at;
+              };
+              return with.judge.judge(place(a), place(b));
+            });
+          },
+          "a"_a, "b"_a, "horizon"_a,
+          "Of the step from a to b; pairs farther apart than the horizon are not looked at.");
+}
+
 }  // namespace
 
 void bind_resolution(nb::module_& module) {
@@ -150,6 +185,7 @@ void bind_resolution(nb::module_& module) {
   bind_evaluations(kinematics);
   bind_velocities(kinematics);
   bind_followers(kinematics);
+  bind_step_judge(module);
 }
 
 }  // namespace humanoid_rail

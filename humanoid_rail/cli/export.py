@@ -10,11 +10,18 @@ from humanoid_rail.cli.console import Command, console
 from humanoid_rail.cli.plan_folder_options import GROUP, reads_a_plan
 from humanoid_rail.cli.report import NO_ENGINE, why_not_certified
 from humanoid_rail.cli.robot_options import RobotOptions
-from humanoid_rail.errors import EngineMissing
+from humanoid_rail.errors import EngineMissing, checked_number
 from humanoid_rail.io.export import FORMATS, check_out, export
 from humanoid_rail.io.plan_folder import Plan, read_plan
 from humanoid_rail.planning.verification import verify
+from humanoid_rail.resampling import is_evenly_spaced
 from humanoid_rail.result import Status
+
+UNEVEN = (
+    "the samples are not evenly spaced: those of the plan are kept between the ones asked for, as without them it "
+    "would be another motion. A rate that is a multiple of the plan's gives even ones; so does retime(dt=...)."
+)
+"""This is said of a rate that does not go with the samples of a plan."""
 
 
 class _Export(Command):
@@ -29,6 +36,7 @@ class _Export(Command):
     cls=_Export,
     examples={
         "humanoid-rail export out/case3 --format csv -o case3.csv": "A table of times, joints and hands.",
+        "humanoid-rail export out/case3 --format csv --rate 1000 -o case3.csv": "The same motion at 1 kHz.",
         "humanoid-rail export out/case3 --format ros-yaml -o case3.yaml": "A message for ROS 2.",
         "humanoid-rail export out/picks --format mujoco -o picks": "A folder for MuJoCo, of a motion that was retimed.",
     },
@@ -37,14 +45,28 @@ class _Export(Command):
 @reads_a_plan
 @click.option("--format", required=True, metavar="FORMAT", help="One of those below.")
 @click.option("--out", "-o", required=True, metavar="PATH", help="File to write; for mujoco a folder.")
+@click.option("--rate", type=float, metavar="HZ", help="Samples a second, of the same motion  [as it was planned]")
 @click.option(
     "--passive/--no-passive", default=False, help="Passive joints too, in the formats of ROS.", show_default=True
 )
-def command(folder: str, scene_file: str | None, robot: RobotOptions, format: str, out: str, passive: bool) -> None:
+def command(
+    folder: str,
+    scene_file: str | None,
+    robot: RobotOptions,
+    format: str,
+    out: str,
+    rate: float | None,
+    passive: bool,
+) -> None:
     """Write the plan in FOLDER, as `plan --out` wrote it, in a format of other tools."""
     check_out(format, out)
+    if rate is not None:
+        checked_number("rate", rate, above=0.0)
     plan = read_plan(folder, scene_file, **robot)
-    written = export(plan.trajectory, plan.robot, plan.scene, format, out, passive=passive)
+    motion = plan.trajectory if rate is None else plan.trajectory.resample(1.0 / rate)
+    written = export(motion, plan.robot, plan.scene, format, out, passive=passive)
+    if rate is not None and not is_evenly_spaced(motion.t):
+        console().print(f"Warning: {UNEVEN}", soft_wrap=True)
     for fault in _faults(plan):
         console().print(f"Warning: {fault}", soft_wrap=True)
     console().print(f"Written: {', '.join(map(str, written))}", soft_wrap=True)

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from humanoid_rail.cli.console import console
 from humanoid_rail.collision.certificate import Certificate
 from humanoid_rail.errors import told_apart
+from humanoid_rail.kinematics.joint_limits import Violation
 from humanoid_rail.kinematics.path_metric import PathQuality
 from humanoid_rail.result import Status
 from humanoid_rail.trajectory import Trajectory
@@ -39,9 +40,11 @@ def report_plan(title: str, trajectory: Trajectory) -> None:
     _print(title, rows)
 
 
-def report_certificate(title: str, certificate: Certificate, duration: float) -> None:
-    """Print a short table of what is proven of a motion that takes a duration in s."""
-    _print(title, [("certified", _certified(certificate, duration)), *_clearances(certificate)])
+def report_certificate(
+    title: str, certificate: Certificate, duration: float, more: Iterable[tuple[str, str]] = ()
+) -> None:
+    """Print a short table of what is proven of a motion that takes a duration in s, and more rows."""
+    _print(title, [("certified", _certified(certificate, duration)), *more, *_clearances(certificate)])
 
 
 def _print(title: str, rows: Iterable[tuple[str, str]]) -> None:
@@ -68,7 +71,12 @@ def _limits(trajectory: Trajectory) -> Iterator[tuple[str, str]]:
     if trajectory.limits_ok:
         what = "position and velocity" if trajectory.timing is None else "position, velocity and acceleration"
         yield f"limits{_as_far(trajectory)}", f"kept: {what}"
-    for i, violation in enumerate(trajectory.violations):
+    yield from beyond_limits(trajectory.violations)
+
+
+def beyond_limits(violations: Sequence[Violation]) -> Iterator[tuple[str, str]]:
+    """Say which limits are not kept."""
+    for i, violation in enumerate(violations):
         value, limit = (
             told_apart(a, b, 3) for a, b in ((violation.value, violation.limit), (violation.limit, violation.value))
         )

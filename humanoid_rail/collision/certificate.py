@@ -51,12 +51,22 @@ class Certificate:
 
     others_bound: float | None = None
     """The clearance bound without pairs of links that keep a distance of their own (`Robot.pair_distances`), m; None of
-    robots that have none."""
+    robots that have none, and where there is nothing else to touch."""
+
+    only_own_distances: bool = False
+    """Whether there is nothing to touch but pairs of links that keep a distance of their own."""
 
     @property
     def kept_bound(self) -> float | None:
-        """A lower bound of all clearances that are to keep the safety distance, m; of all of them where any touch."""
-        return self.others_bound if self.certified and self.others_bound is not None else self.clearance_bound
+        """A lower bound of all clearances that are to keep the safety distance, m; of all clearances where any touch.
+
+        None where there are none, and where the motion was not looked at up to its end.
+        """
+        if not self.certified:
+            return self.clearance_bound
+        if self.only_own_distances:
+            return None
+        return self.clearance_bound if self.others_bound is None else self.others_bound
 
     def __bool__(self) -> bool:
         """Return whether the motion is certified."""

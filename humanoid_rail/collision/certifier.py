@@ -16,7 +16,9 @@ from humanoid_rail._arrays import Array
 from humanoid_rail._native import engine
 from humanoid_rail.collision.certificate import Certificate, Contact
 from humanoid_rail.errors import InvalidInput
+from humanoid_rail.model.beyond_limits import robot_of_motion
 from humanoid_rail.model.native_robot import native_robot
+from humanoid_rail.model.pair_distances import own_distances
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.native_obstacles import native_obstacles
 from humanoid_rail.scene.obstacles import Obstacle, name_of
@@ -39,6 +41,8 @@ def certify(
 ) -> Certificate:
     """Return what can be proven of a motion.
 
+    Neighbours that only the position limits keep apart are checked too if the motion leaves these limits.
+
     Args:
         robot: The robot.
         obstacles: What its links must not touch, beside each other.
@@ -55,9 +59,11 @@ def certify(
     budget = default_max_checks() if max_checks is None else max_checks
     if isinstance(budget, bool) or not isinstance(budget, int) or not 0 < budget <= LARGEST_BUDGET:
         raise InvalidInput("max_checks", budget, f"a whole number from 1 to {LARGEST_BUDGET}")
+    robot = robot_of_motion(robot, t, q, velocity)
     certifier = engine().Certifier(native_robot(robot), native_obstacles(obstacles))
     found = certifier.certify(t, q, np.empty((0, robot.n)) if velocity is None else velocity, budget)
-    some_obstacle, some_pair = bool(obstacles), bool(robot.self_collision_pairs)
+    some_obstacle, some_pair, own = bool(obstacles), bool(robot.self_collision_pairs), own_distances(robot)
+    some_own = bool(np.isfinite(own).any())
     reason = None if found.stopped is None else f"budget of {budget} checks used up at t = {found.stopped:.4g} s"
     return Certificate(
         certified=found.certified,
@@ -68,12 +74,13 @@ def certify(
         unchecked_pairs=robot.unchecked_pairs,
         links_without_body=robot.links_without_body,
         reason=reason,
-        others_bound=found.others_bound if robot.pair_distances and some_pair and reason is None else None,
+        others_bound=_finite(found.others_bound) if some_own and reason is None else None,
+        only_own_distances=not some_obstacle and some_own and bool(np.isfinite(own).all()),
     )
 
 
 def _finite(clearance: float) -> float | None:
-    """Return a clearance, or None where the budget was used up before any was measured."""
+    """Return a clearance, or None where there is none, or the budget was used up before any was measured."""
     return clearance if np.isfinite(clearance) else None
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from functools import lru_cache
 from pathlib import Path
 
@@ -13,7 +12,7 @@ from humanoid_rail._arrays import Array, frozen
 from humanoid_rail.geometry.coverage import farthest_outside, is_inside, points_in, points_on
 from humanoid_rail.geometry.decomposition import decompose, forget
 from humanoid_rail.geometry.enclosing_hull import enclosing_hull
-from humanoid_rail.geometry.mesh_files import Triangles, read_triangles, stamps
+from humanoid_rail.geometry.mesh_files import Triangles, read_triangles, stamps, warn_of_size
 from humanoid_rail.geometry.solids import size_of, solids, volume
 
 Pieces = tuple[Array, ...]
@@ -55,9 +54,7 @@ def _convex_pieces(file: str, scale: tuple[float, float, float], _stamps: object
     if _thickness(triangles.vertices[np.unique(faces)]) < THINNEST:
         raise ValueError(f"a mesh at least {THINNEST:g} m thick in every direction")
     size = size_of(triangles.vertices[np.unique(faces)])
-    if size > LARGE:
-        what = f"{Path(file).name} is {size:.6g} m large; if its numbers are millimetres, give it the scale 0.001"
-        warnings.warn(what, stacklevel=2)
+    warn_of_size(file, size, LARGE)
     pieces = [piece for solid in _largest_first(solids(triangles)) for piece in _pieces_of(solid, size, file)]
     outer = [piece for i, piece in enumerate(pieces) if not is_inside(piece, pieces[:i])]
     # The whole mesh again: no part of it may have been lost, such as a sheet without an inside.

@@ -30,28 +30,25 @@ WORKER = Path(__file__).with_name("coacd_worker.py")
 """The program that decomposes."""
 
 
-def decompose(
-    solid: Triangles, name: str, budget: int = BUDGET, options: Mapping[str, float | str] = OPTIONS
-) -> list[Array]:
+def decompose(solid: Triangles, name: str, budget: int = BUDGET) -> list[Array]:
     """Return the vertices (k, 3) of the pieces that CoACD makes of a solid, m.
 
     Results are kept in the user's cache folder (`$XDG_CACHE_HOME/humanoid_rail`, else `~/.cache/humanoid_rail`), by the
     content of the mesh, the options and the version of CoACD.
 
     Args:
-        solid: A closed surface; any other if the options have CoACD make it closed (`preprocess_mode`).
+        solid: A closed surface.
         name: What messages call the mesh.
         budget: Processor time that it may take, s.
-        options: Those of CoACD that are not its defaults.
 
     Raises:
         ValueError: If it cannot be decomposed within the budget; the message says what would be valid.
     """
-    file = cache_folder() / f"{_key(solid, options)}.npz"
+    file = cache_folder() / f"{_key(solid)}.npz"
     try:
         return kept.read_bodies(file)
     except Exception:  # it is not there or damaged, and a damaged archive may raise anything: made anew
-        pieces = _run(solid, name, budget, options)
+        pieces = _run(solid, name, budget)
     # Without a cache everything works, and takes longer.
     with suppress(OSError):
         kept.keep_bodies(pieces, file)
@@ -66,22 +63,22 @@ def cache_folder() -> Path:
 def forget(solid: Triangles) -> None:
     """Remove the result of a solid from the cache, if it is there."""
     with suppress(OSError):
-        (cache_folder() / f"{_key(solid, OPTIONS)}.npz").unlink()
+        (cache_folder() / f"{_key(solid)}.npz").unlink()
 
 
-def _key(solid: Triangles, options: Mapping[str, float | str]) -> str:
-    said = json.dumps([dict(options), version("coacd"), solid.vertices.shape, solid.faces.shape], sort_keys=True)
+def _key(solid: Triangles) -> str:
+    said = json.dumps([dict(OPTIONS), version("coacd"), solid.vertices.shape, solid.faces.shape], sort_keys=True)
     content = said.encode() + solid.vertices.astype("<f8").tobytes() + solid.faces.astype("<i8").tobytes()
     return hashlib.sha256(content).hexdigest()
 
 
-def _run(solid: Triangles, name: str, budget: int, options: Mapping[str, float | str]) -> list[Array]:
+def _run(solid: Triangles, name: str, budget: int) -> list[Array]:
     """Decompose a solid in a process that ends with this function, however it ends."""
     with TemporaryDirectory(prefix="humanoid_rail-") as folder, progress(f"cutting {name} into convex pieces"):
         mesh, pieces = Path(folder) / "mesh.npz", Path(folder) / "pieces.npz"
         np.savez(mesh, vertices=solid.vertices, faces=solid.faces)
         # Without -P modules beside the program would hide others of the same names.
-        command = [sys.executable, "-P", str(WORKER), str(mesh), str(pieces), json.dumps(dict(options)), str(budget)]
+        command = [sys.executable, "-P", str(WORKER), str(mesh), str(pieces), json.dumps(dict(OPTIONS)), str(budget)]
         with subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
         ) as process:

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from humanoid_rail._arrays import Array
+from humanoid_rail.geometry.simple_hull import DIRECTIONS, farthest
 from humanoid_rail.geometry.solids import size_of
 
 MOST_VERTICES = 250
@@ -29,21 +30,22 @@ def enclosing_hull(points: Array) -> Array:
     vertices = points[ConvexHull(points).vertices]
     if len(vertices) <= MOST_VERTICES:
         return vertices
-    directions = np.array([[x, y, z] for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if x or y or z], float)
-    taken: NDArray[np.intp] = np.unique((vertices @ directions.T).argmax(axis=0))
+    taken: NDArray[np.int64] = np.unique(farthest(vertices, DIRECTIONS)[0])
     while True:
         middle = vertices[taken].mean(axis=0)
         planes = ConvexHull(vertices[taken] - middle).equations
         # How far the body has to be enlarged for each vertex to be behind each plane.
-        factors = (vertices - middle) @ planes[:, :3].T / -planes[:, 3]
+        normals = planes[:, :3] / -planes[:, 3:]
+        first, factors = farthest(vertices - middle, normals)
         factor = max(1.0, float(factors.max()))
         reach = float(np.linalg.norm(vertices[taken] - middle, axis=1).max())
         swelling = (factor - 1.0) * reach / size_of(vertices)
-        more = np.setdiff1d(factors.argmax(axis=0), taken)
+        more = np.setdiff1d(first, taken)
         room = MOST_VERTICES - len(taken)
         if swelling <= SWELLING or not more.size or not room:
             break
-        outermost = np.argsort(-factors[more].max(axis=1), kind="stable")[:room]
+        sticks_out = ((vertices[more] - middle) @ normals.T).max(axis=1)
+        outermost = np.argsort(-sticks_out, kind="stable")[:room]
         taken = np.union1d(taken, more[outermost])
     if swelling > MOST_SWELLING:
         raise ValueError(f"a mesh whose convex parts can be made of {MOST_VERTICES} vertices or fewer each")

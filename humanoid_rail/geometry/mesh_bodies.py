@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,19 +14,21 @@ from scipy.spatial import ConvexHull, QhullError
 
 from humanoid_rail._arrays import Array, frozen
 from humanoid_rail.geometry.coverage import is_inside
-from humanoid_rail.geometry.decomposition import decompose
 from humanoid_rail.geometry.kept import cache_folder, keep_bodies, read_bodies
-from humanoid_rail.geometry.mesh_cells import cells, enclosed_volume, in_order
 from humanoid_rail.geometry.mesh_files import Triangles, files_of, read_triangles
+from humanoid_rail.geometry.ordered_mesh import enclosed_volume, in_order
+from humanoid_rail.geometry.plane_cuts import LEAST_SAVED, MOST, plane_cuts
 from humanoid_rail.geometry.simple_hull import SimpleHull, simple_hull
 from humanoid_rail.geometry.solids import size_of
 
-VERSION = 1
+VERSION = 3
 """Of what is kept on disk: higher whenever the same mesh gives other bodies."""
 MOST_SWELLING = 2e-3
 """A hull reaches out of the true one by no more than this, m."""
 SWELLING = 0.01
 """Nor by more than this, relative to its size..."""
+FINE = 0.25
+"""Finely cut meshes swell by this share of what others may."""
 LEAST_SWELLING = 1e-4
 """...unless that is less than this, m."""
 THINNEST = 1e-5
@@ -35,20 +37,6 @@ THICKENED = 5e-5
 """A flat mesh gets this much on both sides, m."""
 CONVEX = 0.99
 """A closed mesh that fills this share of its hull is convex enough to be one piece."""
-COACD: Mapping[str, float | str] = {
-    "threshold": 0.1,
-    "max_convex_hull": 30,
-    "preprocess_mode": "on",  # makes open meshes closed
-    "preprocess_resolution": 30,
-    "resolution": 1000,
-    "mcts_nodes": 10,
-    "mcts_iterations": 60,
-    "mcts_max_depth": 2,
-    "seed": 0,
-}
-"""CoACD's options: cheap ones, because the pieces are fitted to the mesh afterwards."""
-BUDGET = 120
-"""Cutting a mesh may take this much processor time, s."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,8 +49,6 @@ class MeshBodies:
     """No point of a piece is farther than this outside of the convex hull of what it stands for, m."""
     hull_share: float
     """The volume of the mesh divided by that of its convex hull; 1 where it is unknown, as that of an open mesh."""
-    uncut: str = ""
-    """Why the mesh could not be cut, if it was meant to be: then the only piece is its hull."""
 
 
 def mesh_hull(file: str | Path, scale: float | Sequence[float] | Array) -> MeshBodies:
@@ -73,55 +59,70 @@ def mesh_hull(file: str | Path, scale: float | Sequence[float] | Array) -> MeshB
     result depends neither on the order of vertices nor on that of triangles, and is kept in the user's cache folder.
 
     Args:
-        file: Path of a mesh, in any format that trimesh reads. The unit of COLLADA files counts, their up axis does
-            not, as everywhere in ROS.
+        file: Path of a mesh, in any format that trimesh and assimp read. The unit of COLLADA files counts, their up
+            axis does not, as everywhere in ROS.
         scale: A factor or those along the axes of the file. Negative ones mirror it.
 
     Raises:
         ValueError: If the file is not a mesh, or the scale not one; the message says what would be valid.
     """
     factors = _factors(scale)
-    kept = cache_folder("mesh_bodies") / f"{_key(file, factors, {})}.npz"
+    kept = cache_folder("mesh_bodies") / f"{_key(file, factors)}.npz"
     return _kept(kept) or _keep(_hull_of(_read(file, factors)), kept)
 
 
-def mesh_pieces(file: str | Path, scale: float | Sequence[float] | Array) -> MeshBodies:
-    """Return a mesh cut into convex bodies, at most 30, of few vertices each.
-
-    CoACD finds where to cut; open meshes are closed for that. Each triangle of the mesh is then in a piece by
-    construction (see :func:`~humanoid_rail.geometry.mesh_cells.cells`), and each piece is simplified as a hull is by
-    :func:`mesh_hull`. A convex or flat mesh is one piece. So is one that CoACD cannot cut: `uncut` then says why, and
-    the next call tries again. The result is kept in the user's cache folder.
+def saved_hull(file: str | Path, scale: float | Sequence[float] | Array) -> MeshBodies:
+    """Return the convex hull of a mesh with all its vertices, as of a body that was made before and saved.
 
     Args:
         file: As of :func:`mesh_hull`.
         scale: As of :func:`mesh_hull`.
 
     Raises:
+        ValueError: If the file is not a mesh that is thicker than a plane, or the scale not one.
+    """
+    mesh = _read(file, _factors(scale))
+    if _is_flat(mesh.vertices):
+        raise ValueError("a mesh that is not flat, as it was saved")
+    return MeshBodies((frozen(mesh.vertices[np.sort(ConvexHull(mesh.vertices).vertices)]),), 0.0, 1.0)
+
+
+def mesh_pieces(file: str | Path, scale: float | Sequence[float] | Array, fine: bool = False) -> MeshBodies:
+    """Return a mesh cut into convex bodies of few vertices each.
+
+    Planes cut it where the hulls of both sides are smallest; each triangle of the mesh is in the pieces by construction
+    (see :func:`~humanoid_rail.geometry.plane_cuts.plane_cuts`), and each piece is simplified as a hull is by
+    :func:`mesh_hull`, to less swelling if they are fine. A convex or flat mesh is one piece. The result is kept in the
+    user's cache folder.
+
+    Args:
+        file: As of :func:`mesh_hull`.
+        scale: As of :func:`mesh_hull`.
+        fine: Whether it is cut into more pieces.
+
+    Raises:
         ValueError: If the file is not a mesh, or the scale not one; the message says what would be valid.
     """
     factors = _factors(scale)
-    kept = cache_folder("mesh_bodies") / f"{_key(file, factors, COACD)}.npz"
+    kept = cache_folder("mesh_bodies") / f"{_key(file, factors, (MOST[fine], LEAST_SAVED[fine]))}.npz"
     if (found := _kept(kept)) is not None:
         return found
     mesh = _read(file, factors)
-    whole = _hull_of(mesh)
+    swelling = FINE if fine else 1.0
+    whole = _hull_of(mesh, swelling)
     volume = enclosed_volume(mesh)
     if _is_flat(mesh.vertices) or (volume is not None and whole.hull_share >= CONVEX):
         return _keep(whole, kept)
-    try:
-        parts = cells(mesh, decompose(mesh, Path(file).name, BUDGET, COACD))
-    except (ValueError, QhullError) as error:
-        return MeshBodies(whole.pieces, whole.swelling, whole.hull_share, uncut=str(error).splitlines()[0])
-    hulls = sorted(map(_hull_around, parts), key=lambda hull: -float(ConvexHull(hull.vertices).volume))
+    hulls = [_hull_around(points, swelling) for points in plane_cuts(mesh, fine)]
+    hulls.sort(key=lambda hull: -float(ConvexHull(hull.vertices).volume))
     outer = [hull for i, hull in enumerate(hulls) if not is_inside(hull.vertices, [h.vertices for h in hulls[:i]])]
     pieces = tuple(frozen(hull.vertices) for hull in outer)
     return _keep(MeshBodies(pieces, max(hull.swelling for hull in outer), whole.hull_share), kept)
 
 
-def _hull_of(mesh: Triangles) -> MeshBodies:
+def _hull_of(mesh: Triangles, swelling: float = 1.0) -> MeshBodies:
     """Return the simple hull of a mesh that is in order."""
-    hull = _hull_around(mesh.vertices)
+    hull = _hull_around(mesh.vertices, swelling)
     share, volume = 1.0, None if _is_flat(mesh.vertices) else enclosed_volume(mesh)
     if volume is not None:
         with suppress(QhullError):  # flat in relation to its size
@@ -129,9 +130,14 @@ def _hull_of(mesh: Triangles) -> MeshBodies:
     return MeshBodies((frozen(hull.vertices),), hull.swelling, share)
 
 
-def _hull_around(points: Array) -> SimpleHull:
-    """Return the simple hull of points (n, 3), thickened where they are flat."""
-    most = min(MOST_SWELLING, max(LEAST_SWELLING, SWELLING * size_of(points)))
+def _hull_around(points: Array, swelling: float) -> SimpleHull:
+    """Return the simple hull of points (n, 3), thickened where they are flat.
+
+    Args:
+        points: In m.
+        swelling: The share of the usual swelling that is allowed.
+    """
+    most = swelling * min(MOST_SWELLING, max(LEAST_SWELLING, SWELLING * size_of(points)))
     extents, axes = _extents(points)
     flat = extents < THINNEST
     if not flat.any():
@@ -172,10 +178,10 @@ def _factors(scale: float | Sequence[float] | Array) -> Array:
     return factors
 
 
-def _key(file: str | Path, factors: Array, options: Mapping[str, float | str]) -> str:
+def _key(file: str | Path, factors: Array, options: Sequence[float] = ()) -> str:
     """Return a name for the bodies of a mesh, by all bytes of its files; nothing is made of them."""
     numbers = [SWELLING, MOST_SWELLING, LEAST_SWELLING, THICKENED]
-    said = json.dumps([VERSION, Path(file).suffix.lower(), factors.tolist(), dict(options), numbers], sort_keys=True)
+    said = json.dumps([VERSION, Path(file).suffix.lower(), factors.tolist(), list(options), numbers])
     content = hashlib.sha256(said.encode())
     try:
         content.update(Path(file).read_bytes())
@@ -200,8 +206,10 @@ def _kept(file: Path) -> MeshBodies | None:
     try:
         numbers, *pieces = read_bodies(file)
         swelling, hull_share, _ = map(float, numbers[0])
+        for piece in pieces:
+            ConvexHull(piece)  # fails where all points are in a plane
     except Exception:  # a damaged archive may raise anything
         return None
-    if not pieces or swelling < 0.0 or not 0.0 <= hull_share <= 1.0 or min(map(len, pieces)) < 4:
+    if not pieces or swelling < 0.0 or not 0.0 <= hull_share <= 1.0:
         return None
     return MeshBodies(tuple(map(frozen, pieces)), swelling, hull_share)

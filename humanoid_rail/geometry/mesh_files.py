@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -11,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from humanoid_rail._arrays import Array
+from humanoid_rail.geometry.file_parts import check_parts, unread_of_collada
+from humanoid_rail.geometry.second_reading import check_against_assimp
 
 UP: dict[str, Array] = {
     "X_UP": np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]]),
@@ -20,6 +23,11 @@ UP: dict[str, Array] = {
 """Rotations (3, 3) from the axes of a file to those with z up, by COLLADA's name of its up axis."""
 WITHOUT_REFERENCES = frozenset({".stl", ".ply", ".off"})
 """Files of these formats never refer to others, and their numbers are taken as they are: metres, z up."""
+
+SMALL = 1e-3
+"""A mesh that is smaller than this is probably in another unit, m."""
+ROUNDING = 1e-6
+"""What counts as zero, relative to the coordinates: files in single precision round."""
 
 
 class Triangles(NamedTuple):
@@ -49,27 +57,38 @@ def read_triangles(file: str, z_up: bool = True) -> Triangles:
     other formats are taken to be in metres with z up.
 
     Args:
-        file: Path of a mesh, in any format that trimesh reads.
+        file: Path of a mesh, in any format that both trimesh and assimp read.
         z_up: Whether they are turned until z is up. The meshes of robots are not, as everywhere in ROS.
 
     Raises:
-        ValueError: If the file is not a mesh; the message says what would be valid.
+        ValueError: If the file is not a mesh, or holds a part that is not read, or a second reader reads something
+            else; the message says what would be valid.
     """
+    check_parts(file)
     scene = load(file)
     placed = [_placed(scene, node) for node in scene.graph.nodes_geometry]
     placed = [part for part in placed if len(part.faces)]
     if not placed:
-        raise ValueError("a file that holds a triangle mesh")
+        raise ValueError("a file in which trimesh finds a triangle mesh; write it again as a binary STL file")
     begins = np.cumsum([0, *(len(part.vertices) for part in placed)])
-    vertices = np.vstack([part.vertices for part in placed]) * unit(file)
-    if z_up:
-        vertices = vertices @ upright(file).T
+    vertices = np.vstack([part.vertices for part in placed])
     faces = np.vstack([part.faces + begin for part, begin in zip(placed, begins[:-1], strict=True)])
     if not np.isfinite(vertices).all():
         raise ValueError("a mesh with finite vertices")
     if faces.min() < 0 or faces.max() >= len(vertices):
         raise ValueError(f"a mesh whose triangles have corners 0 to {len(vertices) - 1}")
-    return Triangles(vertices, faces)
+    _check_surface(vertices[np.unique(faces)])
+    in_metres = vertices * unit(file)
+    check_against_assimp(file, vertices, faces)
+    return Triangles(in_metres @ upright(file).T if z_up else in_metres, faces)
+
+
+def warn_of_size(file: str | Path, size: float, largest: float) -> None:
+    """Warn if a mesh is so large or so small, in m, that its numbers are probably in another unit."""
+    if size > largest or size < SMALL:
+        unit, scale = ("millimetres", 0.001) if size > largest else ("metres", 1)
+        what = f"{Path(file).name} is {size:.6g} m large; if its numbers are {unit}, give it the scale {scale:g}"
+        warnings.warn(what, stacklevel=3)
 
 
 def load(file: str) -> Any:
@@ -139,7 +158,20 @@ def _placed(scene: Any, node: str) -> Triangles:
     T, name = scene.graph[node]
     geometry = scene.geometry[name]
     faces = np.asarray(getattr(geometry, "faces", np.zeros((0, 3))), np.int64).reshape(-1, 3)
-    return Triangles(np.asarray(geometry.vertices, float).reshape(-1, 3) @ T[:3, :3].T + T[:3, 3], faces)
+    vertices = np.asarray(geometry.vertices, float)
+    if not len(faces):
+        return Triangles(np.zeros((0, 3)), faces)
+    if vertices.ndim != 2 or vertices.shape[1] != 3:
+        raise ValueError("a mesh whose vertices have three coordinates each")
+    return Triangles(vertices @ T[:3, :3].T + T[:3, 3], faces)
+
+
+def _check_surface(vertices: Array) -> None:
+    """Check that vertices (n, 3) of triangles are not all at one point or on one line, up to rounding."""
+    width = np.linalg.svd(vertices - vertices.mean(axis=0), compute_uv=False) / np.sqrt(len(vertices))
+    where = np.count_nonzero(width > ROUNDING * np.abs(vertices).max())
+    if where < 2:
+        raise ValueError(f"a mesh that has a surface: all its vertices are {('at one point', 'on one line')[where]}")
 
 
 def _is_collada(file: str) -> bool:
@@ -148,12 +180,14 @@ def _is_collada(file: str) -> bool:
 
 @cache
 def _collada_asset(file: str, _stamp: tuple[int, int]) -> tuple[float | None, str | None]:
-    """Return unit in m and up axis of a COLLADA file, where it has them."""
+    """Return unit in m and up axis of a COLLADA file, where it has them, if all of it can be read."""
     import collada
 
     try:
-        # Only the first lines matter; trimesh has read the rest.
-        asset = collada.Collada(file, ignore=[collada.DaeError]).assetInfo
-        return asset.unitmeter, asset.upaxis
+        read = collada.Collada(file, ignore=[collada.DaeError])
+        unread = next(unread_of_collada(read.xmlnode.getroot()), None)
     except Exception as error:  # whatever the reader of XML raises
         raise ValueError(f"a COLLADA file that can be read ({type(error).__name__}: {error})") from error
+    if unread is not None:
+        raise ValueError(f"a COLLADA file without {unread}, which is not read; write it again as an STL file")
+    return read.assetInfo.unitmeter, read.assetInfo.upaxis

@@ -12,11 +12,9 @@ from humanoid_rail.geometry.mesh_files import read_triangles
 def mesh_surface(file: str | Path, scale: tuple[float, float, float]) -> coal.BVHModelOBBRSS:
     """Return the surface of a mesh, to see what touches it, with factors along its axes."""
     vertices, faces = read_triangles(str(file), z_up=False)
-    points, triangles = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
-    points.extend(list(vertices * scale))
-    triangles.extend([coal.Triangle(*map(int, face)) for face in faces])
     surface = coal.BVHModelOBBRSS()
     surface.beginModel(len(faces), len(vertices))
-    surface.addSubModel(points, triangles)
+    surface.addVertices(vertices * scale)
+    surface.addTriangles(faces)
     surface.endModel()
     return surface

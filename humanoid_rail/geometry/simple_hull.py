@@ -25,12 +25,19 @@ MOST_VERTICES = 500
 not take: a disc of 1 m radius needs 50 corners."""
 AT_ONCE = 6
 """One of so many vertices gets a neighbour before all are moved again."""
+MANY = 4000
+"""Of a hull of more vertices than this, so many are looked at before all are."""
+NUMBERS = 2**22
+"""So many numbers at once are in memory, besides those of the points."""
 PLANES = 64
 """So many planes at once are given to the solver, those that a point is in front of most."""
 ROUNDING = 1e-12
 """What counts as zero, relative to the size of the points."""
 MEASURED_TO = 1e-9
 """This is added to distances that were measured, m."""
+
+DIRECTIONS = np.array([[x, y, z] for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if x or y or z], float)
+"""The first vertices to take are extreme in these directions (26, 3)."""
 
 Indices = NDArray[np.int64]
 
@@ -47,19 +54,27 @@ class SimpleHull(NamedTuple):
 class _Hull:
     """A convex hull by its planes, of which those of the same face are one."""
 
-    def __init__(self, points: Array) -> None:
-        planes = ConvexHull(points).equations
+    def __init__(self, hull: ConvexHull) -> None:
+        planes = hull.equations
         _, first = np.unique(np.round(planes, 11), axis=0, return_index=True)
         self.normals: Array = np.ascontiguousarray(planes[np.sort(first), :3])
         self.offsets: Array = np.ascontiguousarray(-planes[np.sort(first), 3])
 
-    def distances(self, points: Array, inside: Array) -> Array:
-        """Return how far points (k, 3) are outside, given others (k, 3) that are inside: no more than to these."""
-        found = np.zeros(len(points))
-        in_front = points @ self.normals.T - self.offsets
-        for i in np.flatnonzero(in_front.max(axis=1) > 0.0):
-            near = self._nearest(points[i], in_front[i])
-            found[i] = np.linalg.norm(points[i] - (inside[i] if near is None else near))
+    def distances(self, points: Array, inside: Array, enough: float) -> Array:
+        """Return how far points (k, 3) are outside at most, m.
+
+        Args:
+            points: In m.
+            inside: Points (k, 3) of the hull. No distance is more than that to these.
+            enough: Where this distance is no more than this, it is not looked for a nearer point, m.
+        """
+        found: Array = np.linalg.norm(points - inside, axis=1)
+        for i in np.flatnonzero(found > enough):
+            in_front: Array = self.normals @ points[i] - self.offsets
+            if in_front.max() <= 0.0:
+                found[i] = 0.0
+            elif (near := self._nearest(points[i], in_front)) is not None:
+                found[i] = np.linalg.norm(points[i] - near)
         return found
 
     def _nearest(self, point: Array, in_front: Array) -> Array | None:
@@ -86,7 +101,8 @@ def simple_hull(points: Array, most_swelling: float) -> SimpleHull:
     the nearest place that is not behind one of its planes: a star around its middle whose triangles are all outside
     of the points. Where a vertex reaches out too far, the point that has pushed it is taken, too.
 
-    The result depends on the set of points only.
+    Of a hull of more than :data:`MANY` vertices, this is done with some of them first, so that few rounds are needed
+    with all. The result depends on the set of points only.
 
     Args:
         points: In m, not all in a plane.
@@ -99,25 +115,65 @@ def simple_hull(points: Array, most_swelling: float) -> SimpleHull:
     points = np.unique(points + 0.0, axis=0)
     middle = (points.min(axis=0) + points.max(axis=0)) / 2.0
     corners = points - middle
-    while len(on_hull := np.sort(ConvexHull(corners).vertices)) < len(corners):
+    while len(on_hull := np.sort((whole := ConvexHull(corners)).vertices)) < len(corners):
         points, corners = points[on_hull], corners[on_hull]
     if len(points) <= FEW:
         return SimpleHull(points, 0.0)
-    hull = _Hull(corners)
-    directions = np.array([[x, y, z] for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if x or y or z], float)
-    taken: Indices = np.unique((corners @ directions.T).argmax(axis=0))
+    taken: Indices = np.unique(farthest(corners, DIRECTIONS)[0])
+    if len(points) > MANY:
+        some = _spread(corners)
+        first = _Hull(ConvexHull(corners[some]))
+        taken = some[_fitted(corners[some], first, np.searchsorted(some, taken), most_swelling)[1]]
+    hull = _Hull(whole)
+    moved, taken = _fitted(corners, hull, taken, most_swelling)
+    swelling = float(hull.distances(moved, corners[taken], 0.0).max())
+    if swelling == 0.0:  # nothing was left out
+        return SimpleHull(points, 0.0)
+    simple = moved[np.sort(ConvexHull(moved).vertices)] + middle
+    return SimpleHull(np.unique(simple, axis=0), swelling + MEASURED_TO)
+
+
+def _fitted(corners: Array, hull: _Hull, taken: Indices, most_swelling: float) -> tuple[Array, Indices]:
+    """Return vertices (k, 3) whose hull contains all corners of a hull, and the corners (k,) that they were.
+
+    Args:
+        corners: In m, around the origin.
+        hull: Their hull.
+        taken: The first corners to take.
+        most_swelling: Further corners are taken while a vertex reaches out more, m.
+    """
     while True:
         moved, pushed_by = _moved_out(corners, taken)
-        swellings = hull.distances(moved, corners[taken])
+        swellings = hull.distances(moved, corners[taken], most_swelling)
         room = MOST_VERTICES - len(taken)
         more = _more(swellings, pushed_by, taken, most_swelling)[: max(room, 0)]
         if not more.size:
-            break
+            return moved, taken
         taken = np.union1d(taken, more)
-    if float(swellings.max()) == 0.0:  # nothing was left out
-        return SimpleHull(points, 0.0)
-    simple = moved[np.sort(ConvexHull(moved).vertices)] + middle
-    return SimpleHull(np.unique(simple, axis=0), float(swellings.max()) + MEASURED_TO)
+
+
+def _spread(corners: Array) -> Indices:
+    """Return the indices of at most about :data:`MANY` corners: those that are extreme in directions all around."""
+    # A spiral from pole to pole whose points are as far from each other everywhere; it turns by the golden angle.
+    step = np.arange(MANY)
+    z, angle = 1.0 - (2.0 * step + 1.0) / MANY, np.pi * (3.0 - np.sqrt(5.0)) * step
+    spiral = np.column_stack([np.cos(angle) * np.sqrt(1.0 - z * z), np.sin(angle) * np.sqrt(1.0 - z * z), z])
+    return np.unique(np.concatenate([farthest(corners, spiral)[0], farthest(corners, DIRECTIONS)[0]]))
+
+
+def farthest(points: Array, directions: Array) -> tuple[Indices, Array]:
+    """Return which of some points (n, 3) is the farthest along each direction (m, 3), and how far it is (m,), m.
+
+    The memory that it takes does not grow with n times m.
+    """
+    index, height = np.empty(len(directions), np.int64), np.empty(len(directions))
+    at_once = max(1, NUMBERS // len(points))
+    for begin in range(0, len(directions), at_once):
+        along = directions[begin : begin + at_once] @ points.T
+        first = along.argmax(axis=1)
+        index[begin : begin + at_once] = first
+        height[begin : begin + at_once] = along[np.arange(len(along)), first]
+    return index, height
 
 
 def nearest_behind(point: Array, normals: Array, offsets: Array) -> Array | None:
@@ -138,8 +194,7 @@ def _moved_out(corners: Array, taken: Indices) -> tuple[Array, Indices]:
     inner = corners[taken]
     hull = ConvexHull(inner)
     normals = np.ascontiguousarray(hull.equations[:, :3])
-    heights = corners @ normals.T
-    farthest, offsets = heights.argmax(axis=0), heights.max(axis=0)
+    first, offsets = farthest(corners, normals)
     depths = offsets + hull.equations[:, 3]
     nothing = ROUNDING * size_of(corners)
     moved, pushed_by = inner.copy(), taken.copy()
@@ -151,7 +206,7 @@ def _moved_out(corners: Array, taken: Indices) -> tuple[Array, Indices]:
             continue
         found = nearest_behind(inner[i], -normals[around], -offsets[around])
         moved[i] = inner[i] if found is None else found
-        pushed_by[i] = farthest[around[depths[around].argmax()]]
+        pushed_by[i] = first[around[depths[around].argmax()]]
     return _enlarged(moved, corners), pushed_by
 
 
@@ -159,7 +214,7 @@ def _enlarged(body: Array, points: Array) -> Array:
     """Return a convex body (k, 3), enlarged about its middle to contain points: by rounding, most of the time."""
     middle = body.mean(axis=0)
     planes = ConvexHull(body - middle).equations
-    factor = float(((points - middle) @ planes[:, :3].T / -planes[:, 3]).max())
+    factor = float((farthest(points - middle, planes[:, :3])[1] / -planes[:, 3]).max())
     return body if factor <= 1.0 else middle + factor * (1.0 + ROUNDING) * (body - middle)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -28,11 +28,12 @@ _LEFT_OUT = ("robot", "expect", "checked")
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """A motion, and what it was planned for."""
+    """A motion, and what it was planned for; or the robot and the scene that were given instead."""
 
     robot: Robot
     scene: Scene
     trajectory: Trajectory
+    """It knows this robot and this scene."""
 
 
 def write_plan(
@@ -117,15 +118,16 @@ def read_plan(
         raise InvalidInput("robot", ", ".join(robot.joint_names), valid, source)
     source = scene_file or str(Path(folder) / SCENE)
     scene = load_scene(scene_file) if scene_file else _scene(source)
-    if not scene_file and scene.name != trajectory.scene:
-        valid = f"{trajectory.scene!r}, the scene that this trajectory was planned for, or another given by --scene"
+    if not scene_file and scene.name != trajectory.provenance.scene:
+        planned = trajectory.provenance.scene
+        valid = f"{planned!r}, the scene that this trajectory was planned for, or another given by --scene"
         raise InvalidInput("name", scene.name, valid, source)
     try:
         check_scene(robot, scene)
     except InvalidInput as error:
         error.source = source
         raise
-    return Plan(robot, scene, trajectory)
+    return Plan(robot, scene, replace(trajectory, robot=robot, scene=scene))
 
 
 def _mesh(obstacle: Mesh, number: int) -> tuple[str, bytes]:

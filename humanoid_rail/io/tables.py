@@ -18,14 +18,15 @@ _NUMPYS = ("file", "allow_pickle")
 
 
 def csv_bytes(trajectory: Trajectory) -> bytes:
-    """Return what `trajectory.csv` holds: times, joints, hands, and velocities of the joints if it was retimed."""
+    """Return what `trajectory.csv` holds: times, joints, hands, and the timing of a retimed motion."""
     text = StringIO()
     writer = csv.writer(text, lineterminator="\n")
     header = ["t", *trajectory.joint_names, *(f"{hand}_{axis}" for hand in trajectory.hand_names for axis in "xyz")]
     columns = [trajectory.t, trajectory.q, trajectory.hands.reshape(len(trajectory.t), -1)]
     if trajectory.timing is not None:
-        header += [f"{joint}_velocity" for joint in trajectory.joint_names]
-        columns.append(trajectory.timing.velocity)
+        for derivative in ("velocity", "acceleration"):
+            header += [f"{joint}_{derivative}" for joint in trajectory.joint_names]
+            columns.append(getattr(trajectory.timing, derivative))
     writer.writerow(header)
     writer.writerows(np.column_stack(columns).tolist())
     return text.getvalue().encode()

@@ -69,7 +69,7 @@ def robot_from_urdf(
     text = read_text("urdf", urdf)
     mechanism = read_mechanism(text)
     bodies = collision_bodies(mechanism.model, mechanism.urdf, {})
-    _check_hands(mechanism.model, mechanism.joint_names, hands)
+    check_hands(mechanism.model, mechanism.joint_names, hands)
     middle = (mechanism.limits.lower + mechanism.limits.upper) / 2
     start = checked_start(mechanism, middle if initial is None else initial)
     disabled = disabled_pairs(mechanism.model, read_text("srdf", srdf) if srdf else None)
@@ -84,6 +84,11 @@ def read_mechanism(text: str) -> Mechanism:
         InvalidInput: If it cannot be read, or a joint has no Euclidean configuration.
     """
     urdf = read_urdf(text)
+    for joint in urdf.joints.values():
+        limit = joint.limit
+        if joint.kind in ("revolute", "prismatic") and limit is not None and limit.has_no_range:
+            valid = "lower < upper, in m or rad; one that is not written is 0"
+            raise InvalidInput(f"joint {joint.name}.limit", f"from {limit.lower:g} to {limit.upper:g}", valid)
     model = _model(urdf)
     mimics = {name: mimic for name in list(model.names)[1:] if (mimic := urdf.joints[name].mimic) is not None}
     joint_names = tuple(name for name in list(model.names)[1:] if name not in mimics)
@@ -126,7 +131,7 @@ def build_robot(
     Raises:
         InvalidInput: If a hand is not one of this robot.
     """
-    _check_hands(mechanism.model, mechanism.joint_names, hands)
+    check_hands(mechanism.model, mechanism.joint_names, hands)
     _warn_of_degrees(mechanism.urdf, mechanism.joint_names)
     limits = mechanism.limits
     return Robot(
@@ -189,7 +194,12 @@ def _linear_coupling(model: pin.Model, joint_names: Sequence[str], mimics: Mappi
     return coupling, offset
 
 
-def _check_hands(model: pin.Model, joint_names: Sequence[str], hands: Sequence[Hand]) -> None:
+def check_hands(model: pin.Model, joint_names: Sequence[str], hands: Sequence[Hand]) -> None:
+    """Check that hands are those of a robot.
+
+    Raises:
+        InvalidInput: If one is not.
+    """
     if not isinstance(hands, Sequence) or not all(isinstance(hand, Hand) for hand in hands):
         raise InvalidInput("hands", hands, "a list of Hand")
     if not hands:

@@ -11,7 +11,7 @@ from typing import Any
 
 from humanoid_rail.geometry.kept import cache_folder, write_whole
 
-VERSION = 1
+VERSION = 3
 """Of what is kept; what another version of the package has kept is not read."""
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import functools
+import warnings
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -10,31 +10,39 @@ from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element, tostring
 
-import coal
 import numpy as np
 import pinocchio as pin
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.errors import InvalidInput
-from humanoid_rail.geometry.mesh_bodies import mesh_hull, mesh_pieces
-from humanoid_rail.geometry.mesh_surface import mesh_surface
+from humanoid_rail.geometry.mesh_bodies import MOST_SWELLING, THICKENED, mesh_hull, mesh_pieces, saved_hull
+from humanoid_rail.geometry.mesh_files import warn_of_size
+from humanoid_rail.geometry.solids import size_of
 from humanoid_rail.model import cache
 from humanoid_rail.model.building import Mechanism
 from humanoid_rail.model.collision_bodies import Pieces, collision_bodies
 from humanoid_rail.model.found_pairs import FoundPairs, find_pairs, possible_pairs
+from humanoid_rail.model.free_start import free_start
+from humanoid_rail.model.lost_postures import Lost, Originals
 from humanoid_rail.model.robot_file import RobotFile
-from humanoid_rail.model.survey import NEAR, Survey, meshes_touch, random_postures, survey
+from humanoid_rail.model.survey import POSTURES, random_postures, survey
 from humanoid_rail.model.urdf import Urdf
 from humanoid_rail.model.urdf_link import MeshFile, UrdfBody
 
 MOST_LOST = 0.05
-"""Hulls may lose this share of the postures that are free by the meshes; then the worst mesh is decomposed."""
+"""Hulls may lose this share of other random postures that are free by the meshes; then the worst mesh is decomposed."""
 LEAST_LOST = 0.02
 """Meshes are decomposed until no more than this share is lost."""
-MOST_DECOMPOSED = 6
-"""No more meshes than this are decomposed."""
-ROOM = 0.01
-"""A start is free if nothing that is checked is nearer than this, m."""
+LEAST_GAIN = 0.9
+"""A mesh is not decomposed if more than this share of what was lost still is."""
+MOST_ROUNDS = 8
+"""So often meshes are decomposed and what is lost is measured again."""
+TIMES_CUT = 2
+"""A mesh is cut roughly, and if it still costs much, finely."""
+CLOSE_POSTURES = 1600
+"""So many random postures are looked at where the usual ones leave open whether too many are lost."""
+LARGE = 10.0
+"""A mesh of a robot that is larger than this is probably not in metres, m."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +55,18 @@ class Examined:
     """Where motions start (n,), m and rad."""
     found: tuple[str, ...]
     """What was found, in sentences."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Looked:
+    """What bodies make of random postures."""
+
+    decomposed: Sequence[str]
+    """The meshes that are cut, by where they are in the URDF; twice, if finely."""
+    bodies: pin.GeometryModel
+    pairs: FoundPairs
+    lost: Lost | None
+    """None if it does not matter."""
 
 
 def examine(
@@ -70,34 +90,20 @@ def examine(
     Raises:
         InvalidInput: If a mesh cannot be read, or there is no start at which nothing touches.
     """
-    urdf = mechanism.urdf
-    bodies = {body.where: body for link in urdf.links.values() for body in link.collisions if _is_mesh(body)}
-    known = _given(mechanism, file, meshes, bodies, starts) or _kept(mechanism, srdf, file, meshes, bodies, starts)
-    pieces = {where: _pieces(body, meshes, where in known["decomposed"]) for where, body in bodies.items()}
+    written = {body.where: body for link in mechanism.urdf.links.values() for body in link.collisions if _is_mesh(body)}
+    is_cut_as_said = file.decomposed is not None or not written
+    if is_cut_as_said and file.initial is not None and None not in (file.pairs.left_out, file.pairs.distances):
+        asked = _asked_for(mechanism.urdf, file)
+        bodies = _bodies(mechanism, written, meshes, asked, file.as_written)
+        pairs = find_pairs(mechanism.model, bodies, mechanism.urdf, None, None, file.pairs)
+        return Examined(bodies, pairs, starts[0][1], ())
+    known = _kept(mechanism, srdf, file, meshes, written, starts)
     pairs = FoundPairs(
         {frozenset((a, b)): why for a, b, why in known["left_out"]},
-        {frozenset((a, b)): distance for a, b, distance in known["distances"]},
+        {(i, j): distance for i, j, distance in known["distances"]},
     )
-    made = collision_bodies(mechanism.model, urdf, pieces)
-    return Examined(made, pairs, np.array(known["start"]), tuple(known["found"]))
-
-
-def _given(
-    mechanism: Mechanism,
-    file: RobotFile,
-    meshes: Mapping[str, Path],
-    written: Mapping[str, UrdfBody],
-    starts: Sequence[tuple[str, Array]],
-) -> dict[str, Any] | None:
-    """Return what a robot file says if nothing has to be found out, as that of a robot that was saved; else None."""
-    is_cut_as_said = file.decomposed is not None or not written
-    if not is_cut_as_said or file.initial is None or file.pairs.left_out is None or file.pairs.distances is None:
-        return None
-    decomposed = _asked_for(mechanism.urdf, file)
-    pieces = {where: _pieces(body, meshes, where in decomposed) for where, body in written.items()}
-    bodies = collision_bodies(mechanism.model, mechanism.urdf, pieces)
-    pairs = find_pairs(mechanism.model, bodies, mechanism.urdf, None, None, file.pairs)
-    return _data(decomposed, pairs, starts[0][1], [])
+    bodies = _bodies(mechanism, written, meshes, known["decomposed"])
+    return Examined(bodies, pairs, np.array(known["start"]), tuple(known["found"]))
 
 
 def _kept(
@@ -132,38 +138,72 @@ def _look(
 ) -> dict[str, Any]:
     """Return what is found out, as data that JSON can hold."""
     model, urdf, full = mechanism.model, mechanism.urdf, mechanism.full_configuration
-    postures = random_postures(mechanism.limits.lower, mechanism.limits.upper)
-    decomposed = _asked_for(urdf, file)
-    lost: list[float] = []
-    while True:
-        pieces = {where: _pieces(body, meshes, where in decomposed) for where, body in written.items()}
-        bodies = collision_bodies(model, urdf, pieces)
-        seen = survey(model, bodies, possible_pairs(bodies), postures, full)
-        pairs = find_pairs(model, bodies, urdf, srdf, seen, file.pairs)
-        if file.decomposed is not None or not written:
+    lower, upper = mechanism.limits.lower, mechanism.limits.upper
+    originals, is_cut_as_said = Originals(mechanism, meshes), file.decomposed is not None or not written
+
+    def look(decomposed: Sequence[str], count: int, limit: float) -> _Looked:
+        bodies = _bodies(mechanism, written, meshes, decomposed)
+        possible = possible_pairs(bodies)
+        seen = survey(model, bodies, possible, random_postures(lower, upper), full)
+        pairs, lost = find_pairs(model, bodies, urdf, srdf, seen, file.pairs), None
+        if not is_cut_as_said:
+            lost = originals.lost(bodies, pairs.left_out, seen)
+            if count > POSTURES or lost.share <= limit < lost.most:
+                seen = survey(model, bodies, possible, random_postures(lower, upper, CLOSE_POSTURES), full, 0.0)
+                lost = originals.lost(bodies, pairs.left_out, seen)
+        return _Looked(decomposed, bodies, pairs, lost)
+
+    best = look(_asked_for(urdf, file), POSTURES, MOST_LOST)
+    tried = Counter(best.decomposed)
+    for _ in range(MOST_ROUNDS):
+        limit = LEAST_LOST if best.decomposed else MOST_LOST
+        if best.lost is None or best.lost.most <= limit:
             break
-        share, worst = _lost(mechanism, bodies, meshes, pairs, seen, decomposed)
-        lost.append(share)
-        enough = MOST_LOST if len(lost) == 1 else LEAST_LOST
-        if share <= enough or worst is None or len(decomposed) >= MOST_DECOMPOSED:
+        worst = _worst(best.lost, written, tried)
+        if not worst:
             break
-        decomposed = [*decomposed, worst]
-    start, why = _start(mechanism, bodies, pairs, starts, is_given=file.initial is not None)
+        tried.update(worst)
+        others = [where for where in best.decomposed if where not in worst]
+        after = look([*others, *(w for where in worst for w in tried[where] * [where])], best.lost.postures, LEAST_LOST)
+        best = after if _is_better(after, best) else best
+    decomposed, bodies, pairs, lost = best.decomposed, best.bodies, best.pairs, best.lost
+    start, why = free_start(mechanism, bodies, pairs, starts, is_given=file.initial is not None)
     found = [] if file.initial is not None else [f"Motions start at {why}."]
     if lost:
+        if lost.share > MOST_LOST:
+            warnings.warn(
+                f"convex bodies lose {lost.share:.1%} of the free postures of {mechanism.model.name}", stacklevel=2
+            )
         found.append(
-            f"Convex bodies lose {lost[-1]:.1%} of {len(postures)} random postures that are free by the meshes."
+            f"Convex bodies lose {lost.share:.1%} of the {lost.free} of {lost.postures} random postures that are free "
+            "by the meshes."
         )
     if decomposed:
-        found.append(f"Cut into convex pieces: the meshes of {', '.join(decomposed)}.")
+        found.append(f"Cut into convex pieces: the meshes of {', '.join(dict.fromkeys(decomposed))}.")
     return _data(decomposed, pairs, start, found)
+
+
+def _is_better(looked: _Looked, before: _Looked) -> bool:
+    """Return whether more cuts have saved enough, or made pairs that were left out ones that are checked."""
+    assert looked.lost is not None
+    assert before.lost is not None
+    if looked.lost.postures != before.lost.postures or looked.pairs.left_out.keys() != before.pairs.left_out.keys():
+        return True
+    return looked.lost.share <= LEAST_GAIN * before.lost.share
+
+
+def _worst(lost: Lost, written: Mapping[str, UrdfBody], tried: Mapping[str, int]) -> list[str]:
+    """Return the meshes that cost most and can be cut more: one, and those that cost at least half as much."""
+    able = (where for where in lost.blamed if where in written and tried.get(where, 0) < TIMES_CUT)
+    blamed = {where: lost.blamed[where] for where in able}
+    return sorted(where for where, count in blamed.items() if 2 * count >= max(blamed.values()))
 
 
 def _data(decomposed: Sequence[str], pairs: FoundPairs, start: Array, found: Sequence[str]) -> dict[str, Any]:
     return {
         "decomposed": list(decomposed),
         "left_out": [[*sorted(pair), why] for pair, why in pairs.left_out.items()],
-        "distances": [[*sorted(pair), distance] for pair, distance in pairs.distances.items()],
+        "distances": [[*pair, distance] for pair, distance in pairs.distances.items()],
         "start": start.tolist(),
         "found": list(found),
     }
@@ -178,14 +218,30 @@ def _files(bodies: Iterable[UrdfBody], meshes: Mapping[str, Path]) -> list[Path]
     return [meshes[name] for name in sorted(names)]
 
 
-def _pieces(body: UrdfBody, meshes: Mapping[str, Path], is_decomposed: bool) -> Pieces:
-    assert isinstance(body.shape, MeshFile)
-    make = mesh_pieces if is_decomposed else mesh_hull
-    try:
-        return make(meshes[body.shape.filename], body.shape.scale).pieces
-    except ValueError as error:
-        file = str(meshes[body.shape.filename])
-        raise InvalidInput(f"{body.where}.geometry.mesh.filename", file, str(error)) from error
+def _bodies(
+    mechanism: Mechanism,
+    written: Mapping[str, UrdfBody],
+    meshes: Mapping[str, Path],
+    decomposed: Sequence[str],
+    are_saved: bool = False,
+) -> pin.GeometryModel:
+    """Return the bodies of a robot; meshes of one that was saved are its bodies already."""
+    pieces: dict[str, Pieces] = {}
+    for where, body in written.items():
+        assert isinstance(body.shape, MeshFile)
+        file, scale, times_cut = meshes[body.shape.filename], body.shape.scale, decomposed.count(where)
+        try:
+            if times_cut:
+                made = mesh_pieces(file, scale, times_cut > 1)
+            else:
+                made = (saved_hull if are_saved else mesh_hull)(file, scale)
+        except ValueError as error:
+            raise InvalidInput(f"{where}.geometry.mesh.filename", str(file), str(error)) from error
+        if made.swelling > MOST_SWELLING + 2.0 * THICKENED:
+            warnings.warn(f"the body of {where} reaches {1e3 * made.swelling:.1f} mm out of its mesh", stacklevel=2)
+        warn_of_size(str(file), size_of(np.vstack(made.pieces)), LARGE)
+        pieces[where] = made.pieces
+    return collision_bodies(mechanism.model, mechanism.urdf, pieces)
 
 
 def _asked_for(urdf: Urdf, file: RobotFile) -> list[str]:
@@ -195,74 +251,3 @@ def _asked_for(urdf: Urdf, file: RobotFile) -> list[str]:
             raise InvalidInput("decomposed", link, "links of the URDF")
     links = [urdf.links[name] for name in file.decomposed or ()]
     return [body.where for link in links for body in link.collisions if _is_mesh(body)]
-
-
-def _lost(
-    mechanism: Mechanism,
-    bodies: pin.GeometryModel,
-    meshes: Mapping[str, Path],
-    pairs: FoundPairs,
-    seen: Survey,
-    decomposed: Sequence[str],
-) -> tuple[float, str | None]:
-    """Return which share of the postures that are free by the meshes is not by the bodies, and the worst mesh."""
-    links = [mechanism.model.frames[body.parentFrame].name for body in bodies.geometryObjects]
-    checked = np.array([frozenset((links[i], links[j])) not in pairs.left_out for i, j in seen.pairs], bool)
-    sources = _sources(mechanism.urdf, bodies, links)
-
-    @functools.cache
-    def surface(index: int) -> coal.CollisionGeometry:
-        body = sources[index]
-        if isinstance(body.shape, MeshFile):
-            return mesh_surface(meshes[body.shape.filename], body.shape.scale)
-        return bodies.geometryObjects[index].geometry
-
-    free, lost, blamed = 0, 0, Counter[str]()
-    for q, touches in zip(seen.postures, seen.touching() & checked, strict=True):
-        touching = [seen.pairs[k] for k in np.flatnonzero(touches)]
-        if touching and meshes_touch(mechanism.model, bodies, surface, touching, mechanism.full_configuration(q)):
-            continue
-        free += 1
-        if touching:
-            lost += 1
-            wheres = {sources[index].where for pair in touching for index in pair if _is_mesh(sources[index])}
-            blamed.update(where for where in wheres if where not in decomposed)
-    worst = blamed.most_common(1)
-    return (lost / free if free else 0.0), (worst[0][0] if worst else None)
-
-
-def _sources(urdf: Urdf, bodies: pin.GeometryModel, links: Sequence[str]) -> list[UrdfBody]:
-    """Return for each body the element of the URDF that it stands for."""
-    found = []
-    for body, link in zip(bodies.geometryObjects, links, strict=True):
-        number = body.name.removeprefix(f"{link}_").partition("_")[0]
-        found.append(urdf.links[link].collisions[int(number)])
-    return found
-
-
-def _start(
-    mechanism: Mechanism,
-    bodies: pin.GeometryModel,
-    pairs: FoundPairs,
-    starts: Sequence[tuple[str, Array]],
-    is_given: bool,
-) -> tuple[Array, str]:
-    """Return the first place at which nothing that is checked touches, and what it is called.
-
-    Raises:
-        InvalidInput: If the place that is given is none, or nothing is.
-    """
-    links = [mechanism.model.frames[body.parentFrame].name for body in bodies.geometryObjects]
-    checked = [(i, j) for i, j in possible_pairs(bodies) if frozenset((links[i], links[j])) not in pairs.left_out]
-    room = np.array([pairs.distances.get(frozenset((links[i], links[j])), ROOM) for i, j in checked])
-    random = random_postures(mechanism.limits.lower, mechanism.limits.upper)
-    places = [*starts, *([] if is_given else [("a random posture, the first that is free", q) for q in random])]
-    touching = ""
-    for why, q in places:
-        seen = survey(mechanism.model, bodies, checked, q[None], mechanism.full_configuration)
-        apart = np.where(np.isinf(seen.distances[0]), NEAR, seen.distances[0])
-        if is_given or (apart > room).all():
-            return q, why
-        touching = touching or " and ".join(links[index] for index in checked[int(np.argmin(apart - room))])
-    valid = f"one at which nothing touches, by initial=...; at {places[0][0]} it is {touching}"
-    raise InvalidInput("initial", "not given", valid)

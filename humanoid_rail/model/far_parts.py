@@ -28,6 +28,8 @@ MOST_JOINTS = 3
 """Bodies with more joints between them than this are no neighbours."""
 NEAREST_CELL = 1e-3
 """Relative postures are told apart to this share of the bodies' reach."""
+SLACK = 1e-6
+"""What is proven within position limits holds as far beyond them too, m and rad: rounding does not leave them."""
 MOST_LOOKS = 20_000
 """The postures of two bodies are looked at in at most this many places; then they count as meeting."""
 
@@ -101,7 +103,7 @@ def may_meet(model: pin.Model, parts: FarParts, q: Array) -> bool:
     """Return whether the far parts can touch within the position limits of the joints between them.
 
     The joints count as independent of each other. No is a proof: postures are divided until in each cell the distance
-    at its middle is more than what its corners can take from it.
+    at its middle is more than what its corners can take from it. That distance is itself proven, not the library's.
 
     Args:
         model: All joints with their limits.
@@ -115,7 +117,7 @@ def may_meet(model: pin.Model, parts: FarParts, q: Array) -> bool:
     while cells:
         middle, half = cells.pop()
         full[indices] = middle
-        clearance, looks = part_distance(model, data, parts, full), looks + 1
+        clearance, looks = _separation(model, data, parts, full), looks + 1
         lost = parts.reach * float(half.sum())
         if clearance > lost:
             continue
@@ -132,19 +134,46 @@ def may_meet(model: pin.Model, parts: FarParts, q: Array) -> bool:
 
 def part_distance(model: pin.Model, data: pin.Data, parts: FarParts, q: Array) -> float:
     """Return how far the parts are from each other at a configuration (model.nq,) of all joints, m."""
+    return _measured(model, data, parts, q)[0]
+
+
+def _measured(model: pin.Model, data: pin.Data, parts: FarParts, q: Array) -> tuple[float, Array, list[pin.SE3]]:
+    """Return the library's distance, its normal (3,) from the first part to the second, and where the parts are."""
     pin.forwardKinematics(model, data, q)
-    shapes = []
-    for body in (parts.first, parts.second):
-        place = data.oMi[body.parentJoint] * body.placement
-        shapes += [body.geometry, coal_placement(place)]
-    return float(coal.distance(*shapes, coal.DistanceRequest(), coal.DistanceResult()))
+    places = [data.oMi[body.parentJoint] * body.placement for body in (parts.first, parts.second)]
+    one, other = map(coal_placement, places)
+    result = coal.DistanceResult()
+    apart = coal.distance(parts.first.geometry, one, parts.second.geometry, other, coal.DistanceRequest(), result)
+    return float(apart), np.array(result.normal), places
+
+
+def _separation(model: pin.Model, data: pin.Data, parts: FarParts, q: Array) -> float:
+    """Return a lower bound of the distance of the parts, m: that of two planes between them, whatever their normal."""
+    _, normal, places = _measured(model, data, parts, q)
+    normal /= float(np.linalg.norm(normal)) or 1.0  # it is 0 of axes that cross, where the bound is none
+    extents = [
+        _extent(body.geometry, place.rotation.T @ normal)
+        for body, place in zip((parts.first, parts.second), places, strict=True)
+    ]
+    return float(normal @ (places[1].translation - places[0].translation)) - sum(extents)
+
+
+def _extent(shape: coal.ShapeBase, direction: Array) -> float:
+    """Return how far a shape extends from its middle along a direction (3,) of length 1 in its own frame, m."""
+    match shape:
+        case coal.Capsule():
+            return float(shape.halfLength * abs(direction[2]) + shape.radius)
+        case coal.Cylinder():
+            return float(shape.halfLength * abs(direction[2]) + shape.radius * np.hypot(*direction[:2]))
+        case _:
+            return float(np.array(shape.halfSide) @ abs(direction))
 
 
 def _range(lower: float, upper: float) -> tuple[float, float]:
-    """Return a range of an angle that has all of its postures."""
+    """Return a range of an angle that has all of its postures, and a little more than those within its limits."""
     if not np.isfinite(lower) or not np.isfinite(upper):
         return -np.pi, np.pi
-    return float(lower), float(min(upper, lower + 2.0 * np.pi))
+    return float(lower) - SLACK, float(min(upper, lower + 2.0 * np.pi)) + SLACK
 
 
 def _joints_between(model: pin.Model, first: int, second: int) -> tuple[int, ...]:

@@ -1,4 +1,4 @@
-"""Which pairs of links need not be checked, and which are always near each other, as random postures show."""
+"""Which pairs of links need not be checked, and which bodies are always near each other, as random postures show."""
 
 from __future__ import annotations
 
@@ -7,28 +7,30 @@ from dataclasses import dataclass
 from itertools import combinations
 from xml.etree.ElementTree import Element
 
-import numpy as np
 import pinocchio as pin
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.errors import InvalidInput, did_you_mean
 from humanoid_rail.model.pairs import DISABLED, NO_JOINT
-from humanoid_rail.model.robot_file import PairsEntry
-from humanoid_rail.model.survey import NEAR, POSTURES, Survey
+from humanoid_rail.model.robot_file import PairEntry, PairsEntry
+from humanoid_rail.model.survey import ALWAYS_NEAR, POSTURES, Survey
 from humanoid_rail.model.urdf import Urdf
 
 KEPT = 1e-3
-"""A pair that is always near is kept this far apart, or half the least distance that it has, m."""
+"""Two bodies that are always near each other are kept at most this far apart, m."""
+SHARE = 0.5
+"""If these never touch, they are kept apart by no more than this share of their least distance; else by no more than
+this share of their largest one."""
 
 
 @dataclass(frozen=True)
 class FoundPairs:
-    """Pairs of links that are not like others."""
+    """Pairs that are not like others."""
 
     left_out: Mapping[frozenset[str], str]
-    """Pairs that are not checked against each other, with the reason."""
-    distances: Mapping[frozenset[str], float]
-    """How far apart pairs are kept that are always near each other, m."""
+    """Pairs of links that are not checked against each other, with the reason."""
+    distances: Mapping[tuple[int, int], float]
+    """How far apart bodies are kept that are always near each other, by index, the lower one first, m."""
 
 
 def possible_pairs(bodies: pin.GeometryModel) -> list[tuple[int, int]]:
@@ -45,10 +47,10 @@ def find_pairs(
     seen: Survey | None,
     given: PairsEntry,
 ) -> FoundPairs:
-    """Return the pairs of links that are left out, and those that are always near each other.
+    """Return the pairs of links that are left out, and those of bodies that are always near each other.
 
-    Left out are links that no joint moves relative to each other, those that an SRDF disables, those on both sides of
-    one joint, and those that touch in each of the random postures. How often a pair touches is said with the reason.
+    Left out are links that no joint moves relative to each other, those that an SRDF disables, neighbours in the URDF,
+    and those that touch in each of the random postures. How often a pair touches is said with the reason.
 
     Args:
         model: All joints.
@@ -59,7 +61,7 @@ def find_pairs(
         given: What a robot file says instead.
 
     Raises:
-        InvalidInput: If a robot file names a link that has no body.
+        InvalidInput: If a robot file names a link or a body that is not there.
     """
     links = [model.frames[body.parentFrame].name for body in bodies.geometryObjects]
     left_out = {
@@ -71,21 +73,11 @@ def find_pairs(
         left_out |= {_named(links, entry.links): entry.why for entry in given.left_out}
     else:
         assert seen is not None
-        left_out |= _reasons(model, bodies, links, urdf, srdf, seen)
+        left_out |= _reasons(links, urdf, srdf, seen)
     if given.distances is not None:
-        return FoundPairs(left_out, {_named(links, e.links): e.distance or 0.0 for e in given.distances})
+        return FoundPairs(left_out, {pair: e.distance or 0.0 for e in given.distances for pair in _bodies(links, e)})
     assert seen is not None
     return FoundPairs(left_out, _always_near(links, seen, left_out))
-
-
-def unknown_links(srdf: Element | None, urdf: Urdf) -> list[str]:
-    """Return the links that an SRDF disables pairs of and a URDF does not have.
-
-    Raises:
-        InvalidInput: If a pair of the SRDF does not name two links.
-    """
-    names = [name for pair in _disabled(srdf) for name in pair]
-    return sorted({name for name in names if name not in urdf.links})
 
 
 def _named(links: Sequence[str], pair: tuple[str, str]) -> frozenset[str]:
@@ -96,6 +88,18 @@ def _named(links: Sequence[str], pair: tuple[str, str]) -> frozenset[str]:
                 "pairs.links", link, f"a link with a body{did_you_mean(link, known)}: {', '.join(known)}"
             )
     return frozenset(pair)
+
+
+def _bodies(links: Sequence[str], entry: PairEntry) -> list[tuple[int, int]]:
+    """Return the bodies of two links that an entry of a robot file is about, by index."""
+    _named(links, entry.links)
+    of_links = [[i for i, link in enumerate(links) if link == name] for name in entry.links]
+    if entry.bodies is not None:
+        for name, there, number in zip(entry.links, of_links, entry.bodies, strict=True):
+            if number >= len(there):
+                raise InvalidInput("pairs.bodies", number, f"less than {len(there)}, the bodies of {name}")
+        of_links = [[there[number]] for there, number in zip(of_links, entry.bodies, strict=True)]
+    return [(min(i, j), max(i, j)) for i in of_links[0] for j in of_links[1]]
 
 
 def _disabled(srdf: Element | None) -> dict[frozenset[str], str]:
@@ -110,23 +114,32 @@ def _disabled(srdf: Element | None) -> dict[frozenset[str], str]:
     return found
 
 
-def _reasons(
-    model: pin.Model,
-    bodies: pin.GeometryModel,
-    links: Sequence[str],
-    urdf: Urdf,
-    srdf: Element | None,
-    seen: Survey,
-) -> dict[frozenset[str], str]:
-    disabled, found = _disabled(srdf), {}
+def _reasons(links: Sequence[str], urdf: Urdf, srdf: Element | None, seen: Survey) -> dict[frozenset[str], str]:
+    disabled, neighbours, found = _disabled(srdf), _neighbours(urdf), {}
     for pair, touches in _touching(links, seen).items():
         share = f"they touch in {touches.mean():.0%} of {len(touches)} random postures"
         if pair in disabled:
             found[pair] = f"{disabled[pair]}; {share}"
-        elif joint := _joint_between(model, bodies, links, pair):
-            found[pair] = f"on both sides of the joint {joint}; {share}"
+        elif pair in neighbours:
+            found[pair] = f"neighbours at {neighbours[pair]}; {share}"
         elif len(touches) >= POSTURES // 2 and touches.all():
             found[pair] = share
+    return found
+
+
+def _neighbours(urdf: Urdf) -> dict[frozenset[str], str]:
+    """Return the links with only joints and links without bodies between them, and the names of these joints."""
+    above, found = {joint.child: joint for joint in urdf.joints.values()}, {}
+    for name, link in urdf.links.items():
+        if not link.collisions:
+            continue
+        joints, other = [], name
+        while other in above and (other == name or not urdf.links[other].collisions):
+            joints.append(above[other])
+            other = above[other].parent
+        if joints and urdf.links[other].collisions:
+            moving = [joint.name for joint in reversed(joints) if joint.kind != "fixed"]
+            found[frozenset((name, other))] = f"the joint{'s' * (len(moving) > 1)} {', '.join(moving)}"
     return found
 
 
@@ -139,22 +152,12 @@ def _touching(links: Sequence[str], seen: Survey) -> dict[frozenset[str], Array]
     return found
 
 
-def _joint_between(
-    model: pin.Model, bodies: pin.GeometryModel, links: Sequence[str], pair: frozenset[str]
-) -> str | None:
-    """Return the joint that alone moves two links relative to each other; None if there are more."""
-    one, other = (bodies.geometryObjects[links.index(link)].parentJoint for link in sorted(pair))
-    if model.parents[one] == other:
-        return str(model.names[one])
-    return str(model.names[other]) if model.parents[other] == one else None
-
-
 def _always_near(
     links: Sequence[str], seen: Survey, left_out: Mapping[frozenset[str], str]
-) -> dict[frozenset[str], float]:
-    found: dict[frozenset[str], float] = {}
+) -> dict[tuple[int, int], float]:
+    found: dict[tuple[int, int], float] = {}
     for (i, j), column in zip(seen.pairs, seen.distances.T, strict=True):
-        pair, apart = frozenset((links[i], links[j])), column[column > 0.0]
-        if pair not in left_out and len(apart) and column.max() <= NEAR:
-            found[pair] = min(found.get(pair, KEPT), float(np.min(apart)) / 2.0)
+        least, largest = float(column.min()), float(column.max())
+        if frozenset((links[i], links[j])) not in left_out and 0.0 < largest <= ALWAYS_NEAR:
+            found[i, j] = min(KEPT, SHARE * (least if least > 0.0 else largest))
     return found

@@ -28,9 +28,11 @@ class FoundHand:
     name: str
     frame: str
     arm: tuple[str, ...]
+    """Joints of its arm; of one that was found, some may not move by themselves."""
     pointing: tuple[float, float, float] | None
     why: str
     """How it was found, for a report."""
+    is_arm_given: bool = False
 
 
 @dataclass(frozen=True)
@@ -52,7 +54,7 @@ def find_hands(urdf: Urdf, srdf: Element | None) -> tuple[FoundHand, ...]:
     """
     runs = list(_runs(urdf))
     if not runs:
-        valid = f"hands={{...}}: there is no row of {LEAST_JOINTS} joints or more without a branch"
+        valid = f"hands={{name: frame}}: no row of {LEAST_JOINTS} joints or more without a branch was found"
         raise InvalidInput("hands", MISSING, valid)
     arms = [run for run in runs if not _is_leg(run)]
     named = list(_of_srdf(urdf, srdf, arms)) if srdf is not None else []
@@ -80,7 +82,7 @@ def arm_of(urdf: Urdf, frame: str, others: Sequence[str]) -> tuple[str, ...]:
 
 
 def moving_before(urdf: Urdf, frame: str) -> tuple[str, ...]:
-    """Return the joints that move a frame, from the base outwards; followers as well.
+    """Return the joints that move a frame, from the base outwards: followers too, and the joints that these follow.
 
     Args:
         urdf: The robot.
@@ -92,9 +94,18 @@ def moving_before(urdf: Urdf, frame: str) -> tuple[str, ...]:
     while link in by_child:
         joint = by_child[link]
         if joint.kind != "fixed":
-            chain.append(joint.name)
+            chain += with_leaders(urdf, joint.name)
         link = joint.parent
-    return tuple(reversed(chain))
+    return tuple(dict.fromkeys(reversed(chain)))
+
+
+def with_leaders(urdf: Urdf, name: str) -> list[str]:
+    """Return a joint, the one that it follows, if any, the one that this follows, and so on."""
+    found, mimic = [name], urdf.joints[name].mimic
+    while mimic is not None:
+        found.append(mimic.joint)
+        mimic = urdf.joints[mimic.joint].mimic
+    return found
 
 
 def _runs(urdf: Urdf) -> Iterator[_Run]:
@@ -172,11 +183,5 @@ def _with_names(found: Sequence[tuple[_Run, str, str]]) -> tuple[FoundHand, ...]
     if len(set(names)) < len(names):
         names = [f"hand_{i}" for i in range(1, len(names) + 1)]
     return tuple(
-        FoundHand(name, frame, run.joints, _pointing(frame), why)
-        for name, (run, frame, why) in zip(names, found, strict=True)
+        FoundHand(name, frame, run.joints, None, why) for name, (run, frame, why) in zip(names, found, strict=True)
     )
-
-
-def _pointing(frame: str) -> tuple[float, float, float] | None:
-    """Return z for the frame of a tool, which points along z by custom."""
-    return (0.0, 0.0, 1.0) if TOOL.search(frame) else None

@@ -14,6 +14,7 @@ from humanoid_rail._resources import resource
 from humanoid_rail.errors import InvalidInput, checked_number, did_you_mean
 from humanoid_rail.model.building import robot_from_urdf
 from humanoid_rail.model.robot import Hand, Robot
+from humanoid_rail.model.units import check_units
 
 XACRO = "humanoid_rail.urdf.xacro"
 """The file in `robots/` that the paper's robot is built from."""
@@ -147,6 +148,7 @@ def build_urdf(**arguments: Unpack[RobotArguments]) -> str:
     path = resource("robots", XACRO)
     known = xacro_arguments(path)
     values = {name: _number(name, value, known) for name, value in arguments.items()}
+    check_units({parameter.name: parameter.default for parameter in argument_parameters()} | values, values)
     # Not process_file, which writes the path of this installation into the URDF.
     document = xacro.parse(None, str(path))
     xacro.process_doc(document, mappings={name: repr(value) for name, value in values.items()})

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from importlib import metadata
@@ -11,23 +10,25 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 import pinocchio as pin
+from packaging.requirements import InvalidRequirement, Requirement
 
 from humanoid_rail.errors import MISSING, InvalidInput, did_you_mean
 from humanoid_rail.geometry.mesh_names import find_mesh
-from humanoid_rail.model.building import Mechanism, build_robot, checked_start, read_mechanism
+from humanoid_rail.model.building import Mechanism, build_robot, check_hands, checked_start, read_mechanism
 from humanoid_rail.model.examination import examine
-from humanoid_rail.model.hands import FoundHand, arm_of, find_hands, moving_before
+from humanoid_rail.model.hand_shape import hands_by_shape
+from humanoid_rail.model.hands import FoundHand, arm_of, find_hands, moving_before, with_leaders
 from humanoid_rail.model.pairs import choose_pairs
-from humanoid_rail.model.postures import configuration, named_postures, starts
+from humanoid_rail.model.postures import MovingJoints, named_postures, starts
 from humanoid_rail.model.robot import Hand, Robot
-from humanoid_rail.model.robot_file import RobotFile
+from humanoid_rail.model.robot_file import FULL_TURN, RobotFile
 from humanoid_rail.model.sources import SUFFIXES, Source, find_source, package_root
+from humanoid_rail.model.srdf_names import warn_of_unknown_names
 from humanoid_rail.model.urdf import Urdf, read_urdf
 from humanoid_rail.model.urdf_changes import Changes, changed_urdf, resting_place
 from humanoid_rail.model.urdf_elements import parse_xml
+from humanoid_rail.model.urdf_joint import Joint
 from humanoid_rail.model.urdf_link import MeshFile
-
-_PACKAGE = re.compile(r"([\w.-]+?)\s*(?:(==|>=|~=)\s*([\w.]+))?")
 
 
 def robot_of(file: RobotFile, folder: Path) -> Robot:
@@ -40,71 +41,91 @@ def robot_of(file: RobotFile, folder: Path) -> Robot:
     Raises:
         InvalidInput: If a file that is named is not there or cannot be read, or something does not go together.
     """
-    source, assumed = _source(file, folder)
+    source = _source(file, folder)
     original = read_urdf(source.urdf)
     srdf = parse_xml("srdf", source.srdf) if source.srdf is not None else None
+    warn_of_unknown_names(srdf, original)
     entries = _hands(file, original, srdf)
     locked = _locked(file, original, [entry.frame for entry in entries])
     text, more = changed_urdf(original, _changes(file, original, locked))
     mechanism = read_mechanism(text)
     if not mechanism.joint_names:
         raise InvalidInput("joints", MISSING, "at least one joint that moves")
-    meshes, joints = _meshes(mechanism.urdf, source), mechanism.joint_names
+    meshes = _meshes(mechanism.urdf, source)
+    joints = MovingJoints(mechanism.joint_names, mechanism.limits.lower, mechanism.limits.upper)
     postures = named_postures(joints, list(original.joints), srdf, file)
-    places = list(starts(joints, mechanism.limits.lower, mechanism.limits.upper, postures, file))
+    places = list(starts(joints, postures, file))
     examined = examine(mechanism, srdf, file, meshes, places)
     start = checked_start(mechanism, examined.start)
     bodies = examined.bodies
+    hands = [_hand(entry, mechanism) for entry in entries]
+    check_hands(mechanism.model, mechanism.joint_names, hands)
+    hands, said = hands_by_shape(hands, [entry.why for entry in entries], mechanism, bodies, original, file.as_written)
     pairs = choose_pairs(mechanism.model, bodies, examined.pairs.left_out, mechanism.full_configuration(start))
     robot = build_robot(
         mechanism,
         text,
         bodies,
         pairs,
-        [_hand(entry, mechanism) for entry in entries],
+        hands,
         start,
-        pair_distances=_distances(mechanism, bodies, pairs.checked, examined.pairs.distances),
+        pair_distances={pair: apart for pair, apart in examined.pairs.distances.items() if pair in pairs.checked},
         meshes=meshes,
-        postures={name: configuration(joints, start, posture) for name, posture in postures.items()},
+        postures={name: tuple(joints.filled(start, posture).tolist()) for name, posture in postures.able.items()},
         locked={**file.locked_already, **locked},
         assumed=(
             *file.assumed,
             *source.found,
-            *assumed,
-            *_found_hands(entries),
+            *said,
             *more,
-            *_resting(file, locked),
+            *_resting(file, original, locked),
+            *(
+                f"The posture {name} is left out, as the robot cannot have it: {why}."
+                for name, why in postures.unable.items()
+            ),
             *examined.found,
         ),
     )
-    _warn_of_links(robot)
+    _warn_of_links(robot, mechanism.urdf)
     return robot
 
 
-def _source(file: RobotFile, folder: Path) -> tuple[Source, tuple[str, ...]]:
-    """Return the texts that a robot file names, and what was assumed."""
-    root, places = folder, [folder / place for place in file.packages]
-    assumed: tuple[str, ...] = ()
-    if file.package is not None:
-        match = _PACKAGE.fullmatch(file.package.strip())
-        if match is None:
-            raise InvalidInput("package", file.package, "the name of a Python package, such as example-robot-data>=5")
-        name, how, wanted = match.groups()
-        root = package_root(name)
-        there = metadata.version(name)
-        if how == "==" and there != wanted:
-            assumed = (f"{name} {there} stands for the {wanted} that is asked for.",)
-            warnings.warn(assumed[0], stacklevel=2)
+def _source(file: RobotFile, folder: Path) -> Source:
+    """Return the texts that a robot file names."""
+    root = folder if file.package is None else _package(file.package)
     urdf, srdf = (_path_or_text(text, root) for text in (file.urdf, file.srdf))
     assert urdf is not None
-    return find_source(urdf, srdf, places, file.xacro), assumed
+    return find_source(urdf, srdf, [folder / place for place in file.packages], file.xacro)
+
+
+def _package(wanted: str) -> Path:
+    """Return where the models of a package are.
+
+    Raises:
+        InvalidInput: If it is not there, or in a version outside the range wanted. Another version than the one that is
+            named by == is warned of: models seldom change, and the motion is proven for those that are there.
+    """
+    package: Requirement | None
+    try:
+        package = Requirement(wanted)
+    except InvalidRequirement:
+        package = None
+    if package is None or package.url or package.extras or package.marker:
+        raise InvalidInput("package", wanted, "the name of a Python package, such as example-robot-data>=5")
+    root, there = package_root(package.name), metadata.version(package.name)
+    if not package.specifier.contains(there, prereleases=True):
+        if all(part.operator == "==" for part in package.specifier):
+            warnings.warn(f"package is {wanted!r}; its models are those of {package.name} {there} here", stacklevel=2)
+            return root
+        raise InvalidInput("package", wanted, f"a version that is installed; there is {package.name} {there}")
+    return root
 
 
 def _path_or_text(said: str | None, root: Path) -> str | Path | None:
     """Return a path, unless what a robot file says is a text or the name of a robot."""
     if said is None or "<" in said:
         return said
-    is_file = Path(said).suffix in (*SUFFIXES, ".srdf") or (root / said).is_file()
+    is_file = (Path(said).suffix in (*SUFFIXES, ".srdf") and ":" not in said) or (root / said).is_file()
     return root / said if is_file else said
 
 
@@ -126,20 +147,15 @@ def _hands(file: RobotFile, urdf: Urdf, srdf: Element | None) -> tuple[FoundHand
             entry.arm or arm_of(urdf, entry.frame, [f for f in frames if f != entry.frame]),
             entry.pointing,
             "",
+            is_arm_given=entry.arm is not None,
         )
         for name, entry in file.hands.items()
     )
 
 
-def _found_hands(entries: Sequence[FoundHand]) -> Iterator[str]:
-    for entry in entries:
-        if entry.why:
-            yield f"The hand {entry.name} is {entry.frame}, {entry.why}."
-
-
 def _hand(entry: FoundHand, mechanism: Mechanism) -> Hand:
     """Return a hand; of an arm that was found, the joints that move."""
-    known = entry.arm if not entry.why else [name for name in entry.arm if name in mechanism.joint_names]
+    known = entry.arm if entry.is_arm_given else [name for name in entry.arm if name in mechanism.joint_names]
     return Hand(entry.name, entry.frame, tuple(known), entry.pointing)
 
 
@@ -151,19 +167,22 @@ def _locked(file: RobotFile, urdf: Urdf, frames: Sequence[str]) -> dict[str, flo
             if name not in able:
                 valid = f"joints of the URDF that move{did_you_mean(name, sorted(able))}: {', '.join(sorted(able))}"
                 raise InvalidInput(field, name, valid)
-    needed = {joint for frame in frames for joint in moving_before(urdf, frame)}
-    moving = set(file.joints) if file.joints is not None else needed
-    moving -= {*file.locked, *file.locked_joints}
+    if file.joints is not None:
+        moving = {joint for name in file.joints for joint in with_leaders(urdf, name)}
+    else:
+        moving = {joint for frame in frames for joint in moving_before(urdf, frame)}
+    moving -= {*file.locked, *file.locked_joints, *_without_range(urdf)}
     locked: dict[str, float] = {}
 
     def place(name: str) -> float | None:
         """Return where a joint stands; None if it moves."""
         joint = urdf.joints[name]
         if name in file.locked:
-            return file.locked[name]
+            return _checked_place(joint, file.locked[name])
         if joint.mimic is not None:
-            leader = place(joint.mimic.joint)
-            return None if leader is None else joint.mimic.multiplier * leader + joint.mimic.offset
+            if (leader := place(joint.mimic.joint)) is not None:
+                return joint.mimic.multiplier * leader + joint.mimic.offset
+            return resting_place(joint) if name in file.locked_joints else None
         return None if name in moving else resting_place(joint)
 
     for name, joint in urdf.joints.items():
@@ -172,12 +191,35 @@ def _locked(file: RobotFile, urdf: Urdf, frames: Sequence[str]) -> dict[str, flo
     return locked
 
 
-def _resting(file: RobotFile, locked: Mapping[str, float]) -> Iterator[str]:
+def _without_range(urdf: Urdf) -> list[str]:
+    """Return the joints whose limits leave them no way to move."""
+    kinds = ("revolute", "prismatic")
+    return [j.name for j in urdf.joints.values() if j.kind in kinds and j.limit and j.limit.lower == j.limit.upper]
+
+
+def _checked_place(joint: Joint, place: float) -> float:
+    """Return where a joint is locked, m or rad.
+
+    Raises:
+        InvalidInput: If it is an angle beyond a full turn, where none is needed.
+    """
+    if joint.kind != "prismatic" and abs(place) > FULL_TURN:
+        valid = f"rad, within a full turn of 0; {place:g} degrees would be {np.radians(place):.6g}"
+        raise InvalidInput(f"locked.{joint.name}", place, valid)
+    return place
+
+
+def _resting(file: RobotFile, urdf: Urdf, locked: Mapping[str, float]) -> Iterator[str]:
     """Yield what is said of joints that are locked without a position of their own."""
-    names = [name for name in locked if name not in file.locked]
-    if names:
-        places = ", ".join(f"{name} at {locked[name]:.4g}" for name in names)
-        yield f"These joints are locked, as no hand needs them: {places}."
+    others = "no hand needs them" if file.joints is None else "they are not among those that are to move"
+    own = [name for name in locked if name not in file.locked]
+    asked = [name for name in own if name in file.locked_joints]
+    held = [name for name in own if name in _without_range(urdf) and name not in asked]
+    rest = [name for name in own if name not in asked and name not in held]
+    for names, why in ((asked, "as asked for"), (held, "as their limits leave them no range"), (rest, f"as {others}")):
+        if names:
+            places = ", ".join(f"{name} at {locked[name]:.4g}" for name in names)
+            yield f"These joints are locked, {why}: {places}."
 
 
 def _changes(file: RobotFile, urdf: Urdf, locked: Mapping[str, float]) -> Changes:
@@ -218,22 +260,10 @@ def _meshes(urdf: Urdf, source: Source) -> dict[str, Path]:
     return found
 
 
-def _distances(
-    mechanism: Mechanism,
-    bodies: pin.GeometryModel,
-    checked: Sequence[tuple[int, int]],
-    distances: Mapping[frozenset[str], float],
-) -> dict[tuple[int, int], float]:
-    """Return the distances of pairs of links as those of pairs of bodies."""
-    links = [mechanism.model.frames[body.parentFrame].name for body in bodies.geometryObjects]
-    found = {(i, j): distances.get(frozenset((links[i], links[j]))) for i, j in checked}
-    return {pair: distance for pair, distance in found.items() if distance is not None}
-
-
-def _warn_of_links(robot: Robot) -> None:
+def _warn_of_links(robot: Robot, urdf: Urdf) -> None:
     """Warn of links that are seen and have no body, as nothing is known of what they touch."""
-    seen = {name for name, link in read_urdf(robot.urdf).links.items() if link.visuals}
-    if bare := [name for name in robot.links_without_body if name in seen]:
+    bodied = set(robot.link_names)
+    if bare := [name for name, link in urdf.links.items() if link.visuals and name not in bodied]:
         warnings.warn(f"no collision body: {', '.join(bare)}; nothing is known of what they touch", stacklevel=2)
     for hand in robot.hands:
         joint = robot.model.frames[robot.model.getFrameId(hand.frame)].parentJoint

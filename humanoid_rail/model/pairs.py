@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.errors import InvalidInput
-from humanoid_rail.model.far_parts import far_parts, may_meet, part_distance
+from humanoid_rail.model.far_parts import FarParts, far_parts, may_meet, part_distance
 from humanoid_rail.model.urdf import Urdf
 
 
@@ -69,7 +69,8 @@ def choose_pairs(
     # Copies: those in the model move in memory where it grows.
     bodies = [body.copy() for body in collision_model.geometryObjects]
     links = [model.frames[body.parentFrame].name for body in bodies]
-    checked, parts, left_out = list[tuple[int, int]](), list[tuple[int, int]](), list[UncheckedPair]()
+    checked, parts = list[tuple[int, int]](), list[tuple[int, int]]()
+    known: dict[tuple[str, str], list[str]] = {}
     for (i, a), (j, b) in combinations(enumerate(links), 2):
         if a == b:  # bodies of one link are one body
             continue
@@ -80,8 +81,16 @@ def choose_pairs(
         added, why = _far_pair(model, bodies[i], bodies[j], q)
         if added:
             parts.append((collision_model.addGeometryObject(added[0]), collision_model.addGeometryObject(added[1])))
-        left_out.append(UncheckedPair(a, b, reason if why == reason else f"{reason}; {why}"))
+        of_pair = known.setdefault((a, b), [])
+        if why not in of_pair:
+            of_pair.append(why)
+    left_out = (UncheckedPair(a, b, _said(disabled[frozenset((a, b))], whys)) for (a, b), whys in known.items())
     return Pairs((*checked, *parts), tuple(left_out))
+
+
+def _said(reason: str, known: list[str]) -> str:
+    """Return why a pair of links is left out, and what is known of its bodies nevertheless."""
+    return reason if known == [reason] else f"{reason}; {', of others of their bodies: '.join(known)}"
 
 
 def _far_pair(
@@ -93,12 +102,21 @@ def _far_pair(
     parts = far_parts(model, first, second)
     if parts is None:
         return None, NOWHERE
-    beyond = f"farther than {parts.distance:.4g} m from the joint between them"
+    beyond = _beyond(parts)
     if not may_meet(model, parts, q):
         return None, f"{NO_MEETING} {beyond}"
     if part_distance(model, model.createData(), parts, q) <= 0.0:
         return None, f"{NOWHERE}: where the robot starts they touch {beyond}"
-    return (parts.first, parts.second), f"{IN_PART} {beyond}"
+    return (parts.first, parts.second), checked_in_part(parts)
+
+
+def checked_in_part(parts: FarParts) -> str:
+    """Return what is said of a pair whose far parts are checked."""
+    return f"{IN_PART} {_beyond(parts)}"
+
+
+def _beyond(parts: FarParts) -> str:
+    return f"farther than {parts.distance:.4g} m from the joint between them"
 
 
 def reason_of(pair: UncheckedPair) -> str:

@@ -28,11 +28,7 @@ def within_position_limits(robot: Robot, q: ArrayLike, field: str) -> Array:
             degrees or millimetres.
     """
     given, lower, upper = np.array(q, float), robot.lower, robot.upper
-    if ((given >= lower) & (given <= upper)).all():
-        return given
-    span = upper - lower
-    rounding = ROUNDING * np.where(np.isfinite(span), span, np.maximum(1.0, abs(given)))
-    for i in np.flatnonzero(~((given >= lower - rounding) & (given <= upper + rounding))):
+    for i in beyond_limits(given, lower, upper):
         value = float(given[i])
         low, high = (told_apart(float(limit[i]), value) for limit in (lower, upper))
         name = robot.joint_names[i]
@@ -43,3 +39,12 @@ def within_position_limits(robot: Robot, q: ArrayLike, field: str) -> Array:
         raise InvalidInput(f"{field}[{i}] ({name})", value, valid)
     within: Array = np.clip(given, lower, upper)
     return within
+
+
+def beyond_limits(q: Array, lower: Array, upper: Array) -> tuple[int, ...]:
+    """Return the positions of q (n,), by index, that are beyond limits (n,) by more than rounding; m and rad."""
+    if ((q >= lower) & (q <= upper)).all():
+        return ()
+    span = upper - lower
+    rounding = ROUNDING * np.where(np.isfinite(span), span, np.maximum(1.0, abs(q)))
+    return tuple(np.flatnonzero(~((q >= lower - rounding) & (q <= upper + rounding))).tolist())

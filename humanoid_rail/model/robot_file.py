@@ -8,7 +8,7 @@ from typing import Annotated
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationError
 
-from humanoid_rail._validation import Frozen, Number, Positive, Vector, invalid_input, plain
+from humanoid_rail._validation import Angles, Frozen, Number, Positive, Vector, invalid_input, plain
 from humanoid_rail._yaml import parse_yaml
 from humanoid_rail.errors import InvalidInput
 
@@ -22,6 +22,7 @@ ELSEWHERE = "every other joint, at 0"
 """`locked` may say this, with what follows, instead of positions: it is what happens anyway."""
 
 Names = Annotated[tuple[str, ...], BeforeValidator(plain)]
+BodyNumber = Annotated[int, Field(ge=0)]
 Positions = dict[str, Number]
 """Positions of joints by their names, m and rad."""
 
@@ -46,7 +47,13 @@ def _in_words(value: object) -> object:
     return {} if isinstance(value, str) and value.startswith(ELSEWHERE) else value
 
 
-class HandEntry(Frozen):
+class _OfRobot(Frozen):
+    """Part of a robot file."""
+
+    described_in = "docs/robots.md"
+
+
+class HandEntry(_OfRobot):
     """A hand of a robot file."""
 
     frame: str
@@ -57,7 +64,7 @@ class HandEntry(Frozen):
     """The direction in the frame in which the hand points; targets with `approach` need one."""
 
 
-class LimitEntry(Frozen):
+class LimitEntry(_OfRobot):
     """Limits of a joint, instead of those of the URDF. m, rad, s."""
 
     lower: Number | None = None
@@ -72,27 +79,29 @@ class LimitEntry(Frozen):
     """m/s^3 or rad/s^3."""
 
 
-class BaseEntry(Frozen):
+class BaseEntry(_OfRobot):
     """Where the root of the URDF stands."""
 
     xyz: Vector = (0.0, 0.0, 0.0)
     """m."""
-    rpy: Vector = (0.0, 0.0, 0.0)
+    rpy: Angles = (0.0, 0.0, 0.0)
     """Roll, pitch and yaw about the fixed axes x, y, z, rad."""
 
 
-class PairEntry(Frozen):
+class PairEntry(_OfRobot):
     """Two links."""
 
     links: Annotated[tuple[str, str], BeforeValidator(plain)]
     """Their names."""
+    bodies: Annotated[tuple[BodyNumber, BodyNumber], BeforeValidator(plain)] | None = None
+    """Which of the bodies of each link a distance is about, counted from 0; all of both if not given."""
     why: str = "left out by the robot file"
     """Why they are left out."""
     distance: Annotated[float, Field(ge=0.0)] | None = None
     """How far apart they are kept where that is less than the safety distance, m."""
 
 
-class PairsEntry(Frozen):
+class PairsEntry(_OfRobot):
     """Pairs of links, instead of what is found by itself."""
 
     left_out: Annotated[tuple[PairEntry, ...], BeforeValidator(plain)] | None = None
@@ -101,7 +110,7 @@ class PairsEntry(Frozen):
     """Pairs with a distance of their own; found by itself if not given."""
 
 
-class RobotFile(Frozen):
+class RobotFile(_OfRobot):
     """A robot: its URDF and what that does not say. Metres, radians and seconds.
 
     Raises:

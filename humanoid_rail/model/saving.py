@@ -130,7 +130,8 @@ def _robot_file(robot: Robot, urdf: str, left_out: Mapping[frozenset[str], str])
     def positions(q: Any) -> dict[str, float]:
         return dict(zip(robot.joint_names, map(float, q), strict=True))
 
-    distances = {frozenset((robot.link_names[i], robot.link_names[j])): d for (i, j), d in robot.pair_distances.items()}
+    links = robot.link_names
+    numbers = [links[:i].count(link) for i, link in enumerate(links)]
     data: dict[str, Any] = {
         "name": robot.name,
         "urdf": urdf,
@@ -150,7 +151,10 @@ def _robot_file(robot: Robot, urdf: str, left_out: Mapping[frozenset[str], str])
         "decomposed": [],
         "pairs": {
             "left_out": [{"links": sorted(pair), "why": why} for pair, why in left_out.items()],
-            "distances": [{"links": sorted(pair), "distance": float(d)} for pair, d in distances.items()],
+            "distances": [
+                {"links": [links[i], links[j]], "bodies": [numbers[i], numbers[j]], "distance": float(d)}
+                for (i, j), d in robot.pair_distances.items()
+            ],
         },
         "assumed": list(robot.assumed),
     }

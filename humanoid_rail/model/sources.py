@@ -47,7 +47,7 @@ def find_source(
 
     Args:
         urdf: URDF or xacro: its text, its path, or a name: `PACKAGE:ROBOT` for a file in an installed Python package
-            with models, `NAME_description` for what `robot_descriptions` has.
+            with models, by its name or its path there; `NAME_description` for what `robot_descriptions` has.
         srdf: SRDF text or its path; that which lies beside a named robot if not given.
         packages: Folders of ROS packages, or folders that hold them, for `package://` and `$(find ...)`.
         xacro_arguments: Arguments of the xacro.
@@ -108,7 +108,8 @@ def package_root(package: str) -> Path:
 
 
 def _is_path(name: str | Path) -> bool:
-    return isinstance(name, Path) or Path(str(name)).suffix in SUFFIXES or Path(str(name)).is_file()
+    said = str(name)
+    return isinstance(name, Path) or Path(said).is_file() or (Path(said).suffix in SUFFIXES and ":" not in said)
 
 
 def _models(package: str) -> list[Path]:
@@ -118,20 +119,39 @@ def _models(package: str) -> list[Path]:
     except metadata.PackageNotFoundError:
         valid = f"an installed Python package with models: python -m pip install {package}"
         raise InvalidInput("package", package, valid) from None
-    files = [Path(str(distribution.locate_file(f))).resolve() for f in distribution.files or ()]
-    models = sorted(file for file in files if file.suffix in SUFFIXES[:2])
+    files = [file for file in distribution.files or () if file.suffix in SUFFIXES[:2]]
+    models = sorted(Path(str(distribution.locate_file(file))).resolve() for file in files)
     if not models:
         raise InvalidInput("package", package, "a Python package with URDF files")
     return models
 
 
+def model_names(package: str) -> tuple[str, ...]:
+    """Return the names of the robots of an installed Python package, each as short as it can be told from others.
+
+    Raises:
+        InvalidInput: If it is not installed, or has no models.
+    """
+    root, models = package_root(package), _models(package)
+    stems = [file.name.partition(".")[0] for file in models]
+    paths = [file.relative_to(root).as_posix() for file in models]
+    return tuple(stem if stems.count(stem) == 1 else path for stem, path in zip(stems, paths, strict=True))
+
+
 def _named(field: str, package: str, robot: str) -> Path:
-    """Return the file of a package that is called as a robot, or lies in a folder that is."""
+    """Return the file of a package that is called as a robot, lies there, or lies in a folder that is called so."""
     models = _models(package)
+    if (file := (package_root(package) / robot).resolve()) in models:
+        return file
     stems = {file.name.partition(".")[0] for file in models}
     for wanted in (robot, f"{robot}_robot"):
-        if found := [file for file in models if file.name.partition(".")[0] == wanted]:
-            return found[0]
+        found = [file for file in models if file.name.partition(".")[0] == wanted]
+        urdfs = [file for file in found if file.suffix == SUFFIXES[0]] or found
+        if len(urdfs) == 1:
+            return urdfs[0]
+        if urdfs:
+            paths = ", ".join(file.relative_to(package_root(package)).as_posix() for file in urdfs)
+            raise InvalidInput(field, f"{package}:{robot}", f"the path of one of these: {paths}")
     homes = [file for file in models if any(_is_home(part, robot) for part in file.parts)]
     found = homes or [file for file in models if file.stem.startswith((f"{robot}_", f"{robot}-"))]
     if len(found) == 1:
@@ -227,5 +247,7 @@ def _without_xacro(
         raise InvalidInput("urdf", str(file or text), f"xacro that can be processed ({error})") from error
     finally:
         substitution_args._eval_find = before
+    if not document.getElementsByTagName("link"):
+        raise InvalidInput("urdf", str(file or text), "a xacro that makes links; one with macros alone is for others")
     made: str = document.toprettyxml(indent="  ")
     return made

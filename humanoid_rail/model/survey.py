@@ -1,8 +1,8 @@
-"""What bodies of a robot do in random postures: which touch, how often, and what hulls cost in freedom."""
+"""What bodies of a robot do in random postures: which touch, and which are always near each other."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import coal
@@ -18,7 +18,10 @@ POSTURES = 400
 SEED = 0
 """Of the random postures: the same robot has the same ones."""
 NEAR = 0.02
-"""A pair that is nearer than this in each posture is one that is always near, m."""
+"""Distances are measured up to this, m."""
+ALWAYS_NEAR = 0.01
+"""Two bodies that are nearer than this in each posture are always near each other, m: the safety distance of
+:class:`humanoid_rail.Safety` unless another is asked for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +33,7 @@ class Survey:
     pairs: tuple[tuple[int, int], ...]
     """Bodies by index."""
     distances: Array
-    """(N, pairs), m: 0 or less where they touch, infinite where they are farther than `NEAR`."""
+    """(N, pairs), m: 0 or less where they touch, infinite where they are not near."""
 
     def touching(self) -> NDArray[np.bool_]:
         """Return which pairs touch in which postures (N, pairs)."""
@@ -49,6 +52,7 @@ def survey(
     pairs: Sequence[tuple[int, int]],
     postures: Array,
     full: Callable[[Array], Array],
+    near: float = NEAR,
 ) -> Survey:
     """Return how near pairs of bodies are to each other in postures.
 
@@ -58,6 +62,7 @@ def survey(
         pairs: The pairs to look at, by index.
         postures: Configurations (N, n) of the actuated joints.
         full: Makes of one the configuration of all joints.
+        near: Distances that are greater do not matter, m.
     """
     distances = np.full((len(postures), len(pairs)), np.inf)
     first, second = (np.array([pair[side] for pair in pairs], int) for side in (0, 1))
@@ -65,7 +70,7 @@ def survey(
     for shape in shapes:
         shape.computeLocalAABB()
     radii = np.array([shape.aabb_radius for shape in shapes])
-    reach = radii[first] + radii[second] + NEAR if len(pairs) else np.zeros(0)
+    reach = radii[first] + radii[second] + near if len(pairs) else np.zeros(0)
     request, data = _unsigned(), model.createData()
     for row, q in enumerate(postures):
         places = _places(model, data, bodies, full(q))
@@ -78,41 +83,15 @@ def survey(
                 if body not in placed:
                     placed[body] = coal_placement(places[body])
             distance = coal.distance(shapes[i], placed[i], shapes[j], placed[j], request, coal.DistanceResult())
-            if distance <= NEAR:
+            if distance <= near:
                 distances[row, k] = distance
     return Survey(postures, tuple(pairs), distances)
-
-
-def meshes_touch(
-    model: pin.Model,
-    bodies: pin.GeometryModel,
-    surfaces: Callable[[int], coal.CollisionGeometry],
-    pairs: Iterable[tuple[int, int]],
-    q: Array,
-) -> list[tuple[int, int]]:
-    """Return the pairs of bodies that touch in a posture (model.nq,) by their original shapes.
-
-    Args:
-        model: All joints.
-        bodies: The bodies.
-        surfaces: The original shape of a body: the mesh that it stands for, or itself.
-        pairs: The pairs to look at, by index.
-        q: Configuration of all joints.
-    """
-    places, found = _places(model, model.createData(), bodies, q), []
-    for i, j in pairs:
-        result, request = coal.CollisionResult(), coal.CollisionRequest()
-        coal.collide(surfaces(i), coal_placement(places[i]), surfaces(j), coal_placement(places[j]), request, result)
-        if result.isCollision():
-            found.append((i, j))
-    return found
 
 
 def _unsigned() -> coal.DistanceRequest:
     """Return a request that does not measure how deep bodies are in each other, which takes long."""
     request = coal.DistanceRequest()
     request.enable_signed_distance = False
-    request.enable_nearest_points = False
     return request
 
 

@@ -15,7 +15,7 @@ from typing import TypeVar
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
-from humanoid_rail.errors import MISSING, InvalidInput
+from humanoid_rail.errors import MISSING, InvalidInput, did_you_mean
 from humanoid_rail.model.urdf_elements import Node, parse_xml
 from humanoid_rail.model.urdf_joint import Joint, read_joint
 from humanoid_rail.model.urdf_link import Link, read_colour, read_link
@@ -118,7 +118,8 @@ def _check_mimics(joints: Mapping[str, Joint]) -> None:
         while joint.mimic is not None:
             where, leader = f"joint {chain[-1]}.mimic.joint", joint.mimic.joint
             if leader not in joints or joints[leader].kind == "fixed":
-                raise InvalidInput(where, leader, "a joint of the URDF that moves")
+                near = did_you_mean(leader, list(joints))
+                raise InvalidInput(where, leader, f"a joint of the URDF that moves{near}")
             if leader in chain:
                 raise InvalidInput(where, leader, "a joint that does not follow this one itself")
             chain.append(leader)

@@ -64,7 +64,10 @@ def changed_urdf(urdf: Urdf, changes: Changes) -> tuple[str, tuple[str, ...]]:
     elements = {element.get("name"): element for element in root.findall("joint")}
     for name, value in changes.locked.items():
         _lock(elements[name], urdf.joints[name], value)
-    assumed = [note for joint in moving for note in _limit(elements[joint.name], joint, changes)]
+    assumed = [note for joint in moving if joint.mimic is None for note in _limit(elements[joint.name], joint, changes)]
+    for joint in moving:
+        if joint.mimic is not None:
+            _limit_follower(elements, joint, urdf, changes)
     _place(root, urdf, changes.base)
     return ElementTree.tostring(root, encoding="unicode"), tuple(_gathered(assumed))
 
@@ -104,9 +107,7 @@ def _lock(element: Element, joint: Joint, value: float) -> None:
 
 def _limit(element: Element, joint: Joint, changes: Changes) -> list[tuple[str, str]]:
     """Give a joint that moves the limits that it has to have; return what was assumed, and the joint."""
-    if joint.kind in ("planar", "floating"):
-        valid = f"locked (locked: {{{joint.name}: 0}}), or joints of one freedom each instead, three for a plane"
-        raise InvalidInput(f"joint {joint.name}", f"a {joint.kind} joint", valid)
+    _check_kind(joint)
     if changes.as_written and joint.name not in changes.limits and joint.kind != "continuous":
         return []
     entry, limit, notes = changes.limits.get(joint.name, LimitEntry()), element.find("limit"), []
@@ -135,12 +136,50 @@ def _limit(element: Element, joint: Joint, changes: Changes) -> list[tuple[str, 
                     f"have no limit of acceleration: one that reaches the speed limit in {time:g} s is assumed"
                 )
     values = {"lower": entry.lower, "upper": entry.upper, "velocity": speed, "acceleration": acceleration}
-    for name, value in (values | {"jerk": entry.jerk}).items():
+    _write(limit, values | {"jerk": entry.jerk})
+    return [(note, joint.name) for note in notes]
+
+
+def _limit_follower(elements: Mapping[str | None, Element], joint: Joint, urdf: Urdf, changes: Changes) -> None:
+    """Give a follower limits that leave its leader as free as it is, where it has none of its own."""
+    _check_kind(joint)
+    if changes.as_written and joint.name not in changes.limits and joint.kind != "continuous":
+        return
+    element, entry = elements[joint.name], changes.limits.get(joint.name, LimitEntry())
+    leader, multiplier, offset = joint, 1.0, 0.0
+    while leader.mimic is not None:
+        multiplier, offset = multiplier * leader.mimic.multiplier, multiplier * leader.mimic.offset + offset
+        leader = urdf.joints[leader.mimic.joint]
+    asked = elements[leader.name].find("limit")
+    assert asked is not None  # it was given one before
+    values: dict[str, float | None] = {"jerk": entry.jerk, "acceleration": entry.acceleration}
+    limit = element.find("limit")
+    if limit is None:
+        limit = SubElement(element, "limit", effort=repr(EFFORT), velocity="0")
+    if joint.kind == "continuous":
+        element.set("type", "revolute")
+        ends = sorted(multiplier * float(asked.get(end, "0")) + offset for end in ("lower", "upper"))
+        values |= {"lower": ends[0], "upper": ends[1]}
+    if not (joint.limit and joint.limit.velocity > 0.0):
+        fastest = abs(multiplier) * float(asked.get("velocity", "inf"))
+        values["velocity"] = fastest if fastest > 0.0 else SPEEDS[joint.kind]
+    given = {"lower": entry.lower, "upper": entry.upper, "velocity": entry.velocity}
+    _write(limit, values | {name: value for name, value in given.items() if value is not None})
+
+
+def _check_kind(joint: Joint) -> None:
+    if joint.kind in ("planar", "floating"):
+        valid = f"locked (locked: {{{joint.name}: 0}}), or joints of one freedom each instead, three for a plane"
+        raise InvalidInput(f"joint {joint.name}", f"a {joint.kind} joint", valid)
+
+
+def _write(limit: Element, values: Mapping[str, float | None]) -> None:
+    """Write values into a `<limit>` for those with the same name, whatever their prefix; None changes nothing."""
+    for name, value in values.items():
         if value is not None:
             for written in [a for a in limit.attrib if a.rpartition(":")[2] == name]:
                 del limit.attrib[written]
             limit.set(name, repr(float(value)))
-    return [(note, joint.name) for note in notes]
 
 
 def _gathered(notes: Sequence[tuple[str, str]]) -> list[str]:
@@ -164,7 +203,10 @@ def _place(root: Element, urdf: Urdf, base: pin.SE3) -> None:
     while world in urdf.links:
         world += "_"
     SubElement(root, "link", name=world)
-    joint = SubElement(root, "joint", name=f"{world}_to_{old}", type="fixed")
+    name = f"{world}_to_{old}"
+    while name in urdf.joints:
+        name += "_"
+    joint = SubElement(root, "joint", name=name, type="fixed")
     SubElement(joint, "parent", link=world)
     SubElement(joint, "child", link=old)
     _set_origin(joint, base)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -154,10 +155,9 @@ class Node:
         Raises:
             InvalidInput: If one is.
         """
-        for tag in (child.tag for child in self.element):
+        for tag in (child.tag for child in self.element if child.tag not in tags):
             prefix, _, plain = tag.rpartition(":")
-            close = get_close_matches(plain.lower(), tags, 1, 1.0 if prefix else _SIMILAR)
-            if tag not in tags and close:
+            if close := get_close_matches(plain.lower(), tags, 1, 1.0 if prefix else _SIMILAR):
                 raise InvalidInput(f"{self.where}.{tag}", f"<{tag}>", f"<{close[0]}>")
 
     def check_attributes(self, names: Sequence[str]) -> None:
@@ -169,6 +169,20 @@ class Node:
         for name in self.element.attrib:
             if name not in names and ":" not in name:
                 raise InvalidInput(f"{self.where}.{name}", self.text(name), f"no attribute but {', '.join(names)}")
+
+    def check_misspelt(self, names: Sequence[str]) -> None:
+        """Check that no attribute is nearly called as one of these; warn of others, which are not read.
+
+        Raises:
+            InvalidInput: If one is.
+        """
+        for name in self.element.attrib:
+            if name in names or ":" in name:
+                continue
+            has_a_name_of_its_own = any(part in names for part in name.split("_"))  # such as gear_velocity
+            if not has_a_name_of_its_own and (close := get_close_matches(name.lower(), names, 1, _SIMILAR)):
+                raise InvalidInput(f"{self.where}.{name}", self.text(name), f"{close[0]}, if that is meant")
+            warnings.warn(f"the attribute {name} of <{self.tag}> is not read, as at {self.where}", stacklevel=2)
 
     @property
     def tag(self) -> str:

@@ -31,6 +31,13 @@ class Limit:
     effort: float
     acceleration: float
     jerk: float
+    is_range_written: bool = True
+    """Whether both limits of position are; one that is not is 0."""
+
+    @property
+    def has_no_range(self) -> bool:
+        """Whether limits of position are missing, so that the joint cannot move; one that is held has both."""
+        return self.lower == self.upper and not self.is_range_written
 
 
 @dataclass(frozen=True)
@@ -97,19 +104,18 @@ def _mimic(node: Node) -> Mimic:
 
 def _limit(node: Node, kind: str) -> Limit:
     rates = ("acceleration", "deceleration", "jerk")
-    node.check_attributes(("lower", "upper", "velocity", "effort", *rates))
+    node.check_misspelt(("lower", "upper", "velocity", "effort", *rates))
     bounded = kind in ("revolute", "prismatic")
     lower, upper = (node.number(name, None if bounded and node.version >= 1.2 else 0.0) for name in ("lower", "upper"))
-    if bounded:
-        written = {"lower", "upper"} <= node.element.attrib.keys()
-        if lower > upper or (lower == upper and not written):
-            valid = "lower <= upper, in m or rad; one that is not written is 0"
-            raise InvalidInput(node.where, f"from {lower:g} to {upper:g}", valid)
+    if bounded and lower > upper:
+        valid = "lower <= upper, in m or rad; one that is not written is 0"
+        raise InvalidInput(node.where, f"from {lower:g} to {upper:g}", valid)
     # URDF 1.2 made these optional, and those above not.
     default = np.inf if node.version >= 1.2 else None
     velocity, effort = (node.number(name, default, least=0.0, most=np.inf) for name in ("velocity", "effort"))
     acceleration, deceleration, jerk = (_rate_limit(node, name) for name in rates)
-    return Limit(lower, upper, velocity, effort, min(acceleration, deceleration), jerk)
+    written = {"lower", "upper"} <= node.element.attrib.keys()
+    return Limit(lower, upper, velocity, effort, min(acceleration, deceleration), jerk, written)
 
 
 def _rate_limit(node: Node, name: str) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -64,9 +65,13 @@ class Link:
 
 
 def read_colour(material: Node) -> tuple[float, ...] | None:
-    """Return the colour of a material; None if it has none of its own."""
+    """Return the colour of a material; None if it has none of its own. One that cannot be read is warned of."""
     colour = material.child("color")
-    return None if colour is None else tuple(np.clip(colour.numbers("rgba", 4), 0.0, 1.0).tolist())
+    try:
+        return None if colour is None else tuple(np.clip(colour.numbers("rgba", 4), 0.0, 1.0).tolist())
+    except InvalidInput as error:
+        warnings.warn(f"{error}; it is shown without", stacklevel=2)
+        return None
 
 
 def read_link(node: Node, colours: Mapping[str, tuple[float, ...] | None]) -> Link:

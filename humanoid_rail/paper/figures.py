@@ -10,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 from matplotlib import colormaps
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, MultipleLocator, NullFormatter, PercentFormatter, StrMethodFormatter
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 
@@ -26,6 +27,10 @@ from humanoid_rail.viewer.colours import hand_colour
 TORSO, OBSTACLE = "#3b4252", "#d6453d"
 LINES = (*(f"#{hand_colour(i):06x}" for i in range(4)), "#5b6470")
 HANDS = LINES[:2]
+DASHED = (0, (2, 0.6))
+AT_ENDS: dict[str, Any] = {"linewidth": 3.2, "markersize": 3}
+BETWEEN: dict[str, Any] = {"linewidth": 1.4, "markersize": 1.5, "alpha": 0.22}
+OUTLINE: dict[str, Any] = {"edgecolor": "black", "linewidth": 0.6}
 
 
 def motion_figure(robot: Robot, scene: Scene, trajectory: Trajectory, title: str) -> Figure:
@@ -34,23 +39,22 @@ def motion_figure(robot: Robot, scene: Scene, trajectory: Trajectory, title: str
     Links of a robot of capsules are the axes of these; those of others are lines from joint to joint. Obstacles other
     than spheres and boxes are left out.
     """
-    figure = Figure(figsize=(7.5, 6.5), layout="constrained")
-    axes: Any = figure.add_subplot(projection="3d", computed_zorder=False)
+    figure = Figure(figsize=(7.5, 6.5))
+    # Room at the left for the label of z: layouts of matplotlib do not know of labels in space.
+    axes: Any = figure.add_axes((0.06, 0.0, 0.94, 0.94), projection="3d", computed_zorder=False)
     kinematics = Kinematics(robot)
     times = np.linspace(0.0, trajectory.duration, 7)
     for k, t in enumerate(times):
         at_end = k in (0, len(times) - 1)
         for colour, bone in _bones(kinematics, trajectory.configuration(t)):
-            style = (
-                {"linewidth": 3.2, "markersize": 3} if at_end else {"linewidth": 1.4, "markersize": 1.5, "alpha": 0.22}
-            )
-            axes.plot(*bone.T, color=colour, marker="o", linestyle="-" if k else (0, (2, 0.6)), **style)
+            style = AT_ENDS if at_end else BETWEEN
+            axes.plot(*bone.T, color=colour, marker="o", linestyle="-" if k else DASHED, **style)
     for i, name in enumerate(trajectory.hand_names):
         hand, colour = trajectory.hands[:, i], HANDS[i % len(HANDS)]
-        axes.plot(*hand.T, color=colour, linewidth=1.0, label=name if name == "hand" else f"{name} hand")
+        axes.plot(*hand.T, color=colour, linewidth=1.0)
         for step in scene.steps:
             if (target := step[name]) is not None:
-                axes.scatter(*position(target), color=colour, marker="*", s=140, edgecolor="black", linewidth=0.6)
+                axes.scatter(*position(target), color=colour, marker="*", s=140, **OUTLINE)
     for obstacle in scene.obstacles:
         if isinstance(obstacle, Sphere):
             axes.plot_surface(*_sphere(obstacle), color=OBSTACLE, alpha=0.6, linewidth=0, shade=False)
@@ -58,16 +62,35 @@ def motion_figure(robot: Robot, scene: Scene, trajectory: Trajectory, title: str
             axes.add_collection3d(
                 Poly3DCollection(_faces(obstacle), facecolor=OBSTACLE, edgecolor=OBSTACLE, alpha=0.15)
             )
-    axes.set(title=title, xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
+    axes.zaxis.set_rotate_label(False)
+    axes.set(title=title, xlabel="x [m]", ylabel="y [m]")
+    axes.set_zlabel("z [m]", rotation=90)
     low, high = np.array(axes.get_w_lims()).reshape(3, 2).T
-    axes.set_box_aspect(high - low, zoom=1.2)
+    axes.set_box_aspect(high - low, zoom=1.12)
     spacing = min((0.2, 0.5, 1.0), key=lambda apart: abs(apart - (high - low).max() / 6))
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.set_major_locator(MultipleLocator(spacing))
     faces_x = trajectory.hands[..., 0].mean() > kinematics.stick_figure(robot.initial)[0, 0]
     axes.view_init(elev=22, azim=-28 if faces_x else -152)  # from in front
-    axes.legend(loc="upper right", frameon=False)
+    figure.legend(handles=_signs(trajectory.hand_names), loc="upper right", frameon=False, fontsize=9)
     return figure
+
+
+def _signs(hand_names: Sequence[str]) -> list[Line2D]:
+    """Return what the lines and marks of a picture of a motion mean."""
+    hands = [
+        Line2D([], [], color=HANDS[i % len(HANDS)], linewidth=3.2, label="arm" if name == "hand" else f"{name} arm")
+        for i, name in enumerate(hand_names)
+    ]
+    return [
+        *hands,
+        Line2D([], [], color=TORSO, linestyle=DASHED, label="start", **AT_ENDS),
+        Line2D([], [], color=TORSO, label="end", **AT_ENDS),
+        Line2D([], [], color=TORSO, label="between", **BETWEEN),
+        Line2D([], [], color=TORSO, linewidth=1.0, label="way of a hand"),
+        Line2D([], [], color="white", marker="*", markersize=12, markeredgecolor="black", label="target", linewidth=0),
+        Line2D([], [], color=OBSTACLE, marker="o", markersize=9, alpha=0.6, linewidth=0, label="obstacle"),
+    ]
 
 
 def clearance_figure(trajectory: Trajectory, title: str) -> Figure:

@@ -92,7 +92,7 @@ def plan_many(
     for outcome in outcomes.values():
         if isinstance(outcome, EngineMissing):
             raise outcome
-    return [outcomes[i] for i in range(len(scenes))]
+    return [_of(robot, scene, outcomes[i]) for i, scene in enumerate(scenes)]
 
 
 @dataclass(frozen=True)
@@ -166,6 +166,11 @@ def _by(method: PlanningMethod, outcome: PlanOrError) -> PlanOrError:
     return outcome
 
 
+def _of(robot: Robot, scene: Scene, outcome: PlanOrError) -> PlanOrError:
+    """Return an outcome that knows its robot and its scene."""
+    return replace(outcome, robot=robot, scene=scene) if isinstance(outcome, Trajectory) else outcome
+
+
 @lru_cache(maxsize=4)
 def _robot(pickled: bytes) -> Robot:
     """Return the robot that a worker makes once and keeps, with what the engine makes of it."""
@@ -175,7 +180,8 @@ def _robot(pickled: bytes) -> Robot:
 
 def _plan_one(robot: Robot, scene: Scene, method: PlanningMethod) -> PlanOrError:
     try:
-        return plan(robot, scene, method)
+        # Who asked for the plan has robot and scene: they need not come back with it.
+        return replace(plan(robot, scene, method), robot=None, scene=None)
     except Exception as error:  # whatever it is, it is this scene's result
         return error
     except SystemExit as error:  # one of the user's functions must not end the process

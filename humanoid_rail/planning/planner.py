@@ -20,6 +20,7 @@ from humanoid_rail.planning.options import PlanningMethod
 from humanoid_rail.planning.segments import Segments, joined, plan_segments, segment_problem
 from humanoid_rail.planning.size import check_size, size_hint
 from humanoid_rail.planning.start import check_start
+from humanoid_rail.planning.units import warn_of_units
 from humanoid_rail.problem import Problem
 from humanoid_rail.result import Motion, Provenance, Samples, Status, Verdict
 from humanoid_rail.scene.scene import Scene, check_scene, start_of_scene
@@ -60,6 +61,7 @@ def plan(robot: Robot, scene: Scene, method: PlanningMethod | str = "auto") -> T
     check_scene(robot, scene)
     chosen.check(scene)
     check_size(robot, chosen)
+    warn_of_units(robot, scene)
     first = segment_problem(robot, scene, 0, start_of_scene(robot, scene))
     # The motion is judged with all hands, also those that have no target.
     kinematics = chosen.kinematics(first if first.robot is robot else Problem(robot, scene, first.tasks, first.q))
@@ -134,6 +136,8 @@ def _result(
             certification_time=certified - computed,
             c_mu=method.gains.c_mu_of(robot),
         ),
+        robot=robot,
+        scene=scene,
     )
 
 

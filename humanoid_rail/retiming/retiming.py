@@ -72,8 +72,8 @@ class _Timed(NamedTuple):
 
 def retime(
     trajectory: Trajectory,
-    robot: Robot,
-    scene: Scene,
+    robot: Robot | None = None,
+    scene: Scene | None = None,
     *,
     dt: float | None = None,
     velocity_limit: ArrayLike | None = None,
@@ -91,8 +91,8 @@ def retime(
 
     Args:
         trajectory: What :func:`plan` or :func:`read_trajectory` returned.
-        robot: The robot it was planned for.
-        scene: The scene it was planned in; obstacles that move start at t = 0.
+        robot: The robot it was planned for; the one it knows if not given.
+        scene: The scene it was planned in, the one it knows if not given; obstacles that move start at t = 0.
         dt: Time between samples, s; that of the trajectory if not given. The motion takes two to three of them longer
             than the fastest, because accelerations set in over one; from 0.05 s it is slowed down to stay on its path.
         velocity_limit: One number for all joints, or one for each (n,), m/s and rad/s; the robot's if not given.
@@ -108,6 +108,8 @@ def retime(
             finite acceleration limit.
         EngineMissing: If there is no native engine.
     """
+    check_kind("trajectory", trajectory, Trajectory)
+    robot, scene = trajectory.planned_for(robot, scene)
     check_kind("scene", scene, Scene)
     check_robot(robot, trajectory)
     import_module("toppra.algorithm")  # seconds that are spent once do not count as planning time
@@ -154,6 +156,8 @@ def _result(
             path=path_quality(robot, *(motion.q[a : b + 1] for a, b in pairwise([0, *motion.ends]))),
             certification_time=motion.certification_time,
         ),
+        robot=robot,
+        scene=scene,
     )
 
 
@@ -235,9 +239,11 @@ def _check_moving(robot: Robot, segments: Sequence[Array], limits: Limits) -> No
 def _wanted(trajectory: Trajectory) -> float:
     """Return the bound that a certificate has to come up to, m: the plan's, but no more than it was asked to keep."""
     certificate, asked = trajectory.certificate, trajectory.method.kept_distance
-    bound = None if certificate is None else certificate.kept_bound
-    if bound is None or not trajectory.certified:
+    if certificate is None or not trajectory.certified:
         return -np.inf
+    bound = certificate.kept_bound
+    if bound is None:  # nothing is to keep the safety distance, but nothing may touch either
+        return 0.0
     return min(bound, np.inf if asked is None else asked) - bound_resolution()
 
 

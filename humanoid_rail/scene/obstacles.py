@@ -103,8 +103,8 @@ class Mesh(_Obstacle):
 
     type: Literal["mesh"] = "mesh"
     file: str
-    """Any format that trimesh reads; relative to the scene file (in Python to the working directory). Metres with z up,
-    unless the format says otherwise: glTF has y up, COLLADA names its unit and axis."""
+    """Any format that trimesh and assimp read; relative to the scene file (in Python to the working directory). Metres
+    with z up, unless the format says otherwise: glTF has y up, COLLADA names its unit and axis."""
     center: Vector
     """Where the mesh's origin is, m."""
     rpy: Angles = (0.0, 0.0, 0.0)

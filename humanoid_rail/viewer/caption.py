@@ -8,48 +8,63 @@ from collections.abc import Sequence
 from humanoid_rail.collision.certificate import Certificate
 from humanoid_rail.result import Status
 from humanoid_rail.trajectory import Trajectory
-from humanoid_rail.viewer.closest_pairs import Closest, ClosestPairs, trace_clearance
-from humanoid_rail.viewer.colours import CLEARANCE_SCALE, CLOSEST_COLOUR, PENETRATION_COLOUR, hand_colour
+from humanoid_rail.viewer.closest_pairs import Closest
+from humanoid_rail.viewer.colours import CLEARANCE_SCALE, PENETRATION_COLOUR
 
-HINT = "hint"
-"""Class of the element that says how to use the page."""
+OTHER_SCENE = "planned among other obstacles than those in the picture, which are of the first motion"
+NAMED = 3
+"""Of links of which nothing is proven so many are named."""
 
 
-def caption(name: str, trajectory: Trajectory, pairs: ClosestPairs, closest: Sequence[Closest]) -> str:
-    """Return the caption of a page.
+def caption(name: str, trajectory: Trajectory, closest: Sequence[Closest], *, mark: str = "", note: str = "") -> str:
+    """Return the caption of a motion: status, certificate, limits, method, and what came closest.
 
     Args:
-        name: Name of the scene.
+        name: What the motion is called.
         trajectory: The motion.
-        pairs: The closest pairs all along it.
-        closest: The closest of them.
+        closest: The closest pairs of the whole motion.
+        mark: HTML before the name.
+        note: A line of its own.
     """
-    limits = "within limits" if trajectory.limits_ok else "beyond joint limits"
+    reached = trajectory.status is Status.REACHED
     status = trajectory.status.replace("_", " ")
-    ended = "in" if trajectory.status is Status.REACHED else "after"
-    said = f"{status} {ended} {trajectory.duration:.2f} s, {_proof(trajectory.certificate)}, {limits}"
-    why = "" if trajectory.status is Status.REACHED else html.escape(trajectory.reason)
-    described = "; ".join(
-        f"{html.escape(pair.link)} &ndash; {html.escape(pair.other)}, {pair.distance:.3f} m at {pair.t:.2f} s"
-        for pair in closest
-    )
-    hands = " ".join(
-        f'<span style="color:#{hand_colour(i):06x}">&#9679;</span> {html.escape(hand)}'
-        for i, hand in enumerate(trajectory.hand_names)
-    )
-    line = f'<span style="color:#{CLOSEST_COLOUR:06x}">&#9679;&#8212;&#9679;</span>'
-    lines = [
-        f"<b>{html.escape(name)}</b>: {html.escape(said)}",
-        why,
-        f"{line} closest: {described}" if described else "",
-        f"{hands}{'' if trace_clearance(trajectory, pairs) is None else _legend(trajectory)}",
-        f'<span class="{HINT}" style="color:#6b7684">'
-        "Drag to turn, scroll to zoom; pause and time under Open Controls.</span>",
+    certificate, provenance = trajectory.certificate, trajectory.provenance
+    chips = [
+        (reached, f"{status} {'in' if reached else 'after'} {trajectory.duration:.2f} s"),
+        (trajectory.certified, _proof(certificate)),
+        (trajectory.limits_ok, "within limits" if trajectory.limits_ok else "beyond joint limits"),
     ]
+    method = trajectory.method.name
+    if trajectory.found_by not in ("", method):
+        method += f", found by {trajectory.found_by}"
+    if (retiming := provenance.retiming) is not None:
+        method += f", retimed at {retiming.speed:.0%} of the speed limits"
+    pairs = "; ".join(f"{pair.link} \u2013 {pair.other}, {pair.distance:.3f} m at {pair.t:.2f} s" for pair in closest)
+    details = [f"closest: {pairs}" if pairs else "", "" if certificate is None else _left_out(certificate)]
+    lines = [note, " \u00b7 ".join(filter(None, details))]
+    why = "" if reached else f'<p class="why">{html.escape(trajectory.reason)}</p>'
+    said = "".join(f'<span class="chip {"good" if good else "bad"}">{html.escape(text)}</span>' for good, text in chips)
+    below = why + "".join(f"<p>{html.escape(line)}</p>" for line in lines if line)
     return (
-        '<div style="position:fixed;left:8px;top:6px;max-width:70vw;padding:6px 10px;border-radius:6px;'
-        'background:rgba(245,248,251,0.45);font:14px/1.5 sans-serif;color:#2e3440;pointer-events:none">'
-        f"{''.join(f'<div>{line}</div>' for line in lines if line)}</div>"
+        f'<section><div class="verdict">{mark}<h1>{html.escape(name)}</h1>{said}'
+        f'<span class="method">{html.escape(method)}</span></div>{below}</section>'
+    )
+
+
+def legend(trajectory: Trajectory) -> str:
+    """Return what the colours of traces and clearances mean: a bar with numbers in m, as HTML."""
+    of = "obstacles" if trajectory.clearance.size else "other links"
+    zero, far = 18.0, CLEARANCE_SCALE[-1][0]  # the share of penetration, in per cent of the bar
+    at = [zero + (100 - zero) * clearance / far for clearance, _ in CLEARANCE_SCALE]
+    colours = [f"#{colour:06x} {x:g}%" for x, (_, colour) in zip(at, CLEARANCE_SCALE, strict=True)]
+    stops = ",".join([f"#{PENETRATION_COLOUR:06x} {zero:g}%", *colours])
+    marks = ["&lt; 0", *(f"{clearance:g}" for clearance, _ in CLEARANCE_SCALE[:-1]), f"&ge; {far:g}"]
+    numbers = "".join(
+        f'<span style="left:{x:g}%">{mark}</span>' for x, mark in zip([zero / 2, *at], marks, strict=True)
+    )
+    return (
+        f"<p>Traces of the hands: clearance from {of}, m</p>"
+        f'<div class="legend" style="background:linear-gradient(to right,{stops})">{numbers}</div>'
     )
 
 
@@ -64,20 +79,8 @@ def _proof(certificate: Certificate | None) -> str:
     return "not certified" + (f": {found}" if found else "")
 
 
-def _legend(trajectory: Trajectory) -> str:
-    """Return what the colours of the traces mean: a bar with numbers in m."""
-    of = "obstacles" if trajectory.clearance.size else "other links"
-    zero, far = 18.0, CLEARANCE_SCALE[-1][0]  # the share of penetration, in per cent of the bar
-    at = [zero + (100 - zero) * clearance / far for clearance, _ in CLEARANCE_SCALE]
-    colours = [f"#{colour:06x} {x:g}%" for x, (_, colour) in zip(at, CLEARANCE_SCALE, strict=True)]
-    stops = ",".join([f"#{PENETRATION_COLOUR:06x} {zero:g}%", *colours])
-    marks = ["&lt; 0", *(f"{clearance:g}" for clearance, _ in CLEARANCE_SCALE[:-1]), f"&ge; {far:g}"]
-    label = "position:absolute;top:11px;transform:translateX(-50%);white-space:nowrap;font-size:11px;line-height:1"
-    numbers = "".join(
-        f'<span style="{label};left:{x:g}%">{mark}</span>' for x, mark in zip([zero / 2, *at], marks, strict=True)
-    )
-    return (
-        f'<span style="margin-left:20px">traces: clearance from {of}, m</span><span style="display:inline-block;'
-        "position:relative;width:250px;height:9px;margin:0 16px 10px 10px;vertical-align:middle;"
-        f'background:linear-gradient(to right,{stops})">{numbers}</span>'
-    )
+def _left_out(certificate: Certificate) -> str:
+    """Return of what nothing is proven; empty if that is nothing."""
+    links = certificate.links_without_body
+    named = ", ".join(links[:NAMED]) + (f" and {len(links) - NAMED} more" if len(links) > NAMED else "")
+    return f"not looked at, as they have no collision body: {named}" if links else ""

@@ -15,8 +15,8 @@ Red, orange and yellow differ in lightness, and blue from them in hue, so that e
 read the scale too."""
 PENETRATION_COLOUR = 0x4A0014
 """The colour where the clearance is negative."""
-OBSTACLE_COLOUR = 0xC0305A
-"""Obstacles have this colour, but for half-spaces."""
+OBSTACLE_COLOURS = (0xA9BACB, 0xDCCBA6, 0xAFC4A8, 0xD3B0A6, 0xB9AECB, 0x9FC0C0, 0xC9C2B4)
+"""Obstacles have these colours in turn, but for half-spaces: calm ones, beside which the robot stands out."""
 WALL_COLOUR = 0x7C8792
 """Half-spaces, which fill much of a picture, have this colour."""
 PLAIN = (0.7, 0.7, 0.7, 1.0)

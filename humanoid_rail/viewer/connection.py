@@ -1,4 +1,4 @@
-"""The line between the nearest points of the closest bodies, which follows them in the animation."""
+"""The line between the nearest points of the closest bodies, which the page's script puts in place."""
 
 from __future__ import annotations
 
@@ -7,10 +7,7 @@ from typing import Any
 import meshcat
 import meshcat.geometry as mg
 import numpy as np
-import pinocchio as pin
-from meshcat.animation import AnimationFrameVisualizer
 
-from humanoid_rail._arrays import Array
 from humanoid_rail.viewer.colours import CLOSEST_COLOUR
 
 _ENDS = ("one", "two")
@@ -31,7 +28,7 @@ class _OnTop(mg.Mesh):  # type: ignore[misc]  # meshcat has no types
 
 
 def draw_connection(view: meshcat.Visualizer, emphasised: bool, scale: float = 1.0) -> None:
-    """Draw a line of length 1 and two spheres at its ends, which :func:`move_connection` puts in place.
+    """Draw a line of length 1 along y and two spheres for its ends, at the origin.
 
     They are seen through bodies, or else they would be hidden where it matters: where two touch. An emphasised one is
     thicker and outlined in white, so that it is seen in front of what is dark.
@@ -47,15 +44,3 @@ def draw_connection(view: meshcat.Visualizer, emphasised: bool, scale: float = 1
         view[f"line/{order}"].set_object(_OnTop(mg.Cylinder(1.0, line + outline), colour, order))
         for end in _ENDS:
             view[f"{end}/{order}"].set_object(_OnTop(mg.Sphere(sphere + outline), colour, order))
-
-
-def move_connection(at: AnimationFrameVisualizer, points: Array) -> None:
-    """Put a connection between two points (2, 3), m, in a frame of the animation."""
-    for end, point in zip(_ENDS, points, strict=True):
-        at[end].set_property("position", "vector3", point.tolist())
-    difference = points[1] - points[0]
-    turn = pin.Quaternion.FromTwoVectors(np.array([0.0, 1.0, 0.0]), difference)
-    at["line"].set_property("position", "vector3", points.mean(axis=0).tolist())
-    at["line"].set_property("quaternion", "quaternion", turn.coeffs().tolist())
-    # The browser cannot invert the transform of something without length.
-    at["line"].set_property("scale", "vector3", [1.0, max(float(np.linalg.norm(difference)), 1e-4), 1.0])

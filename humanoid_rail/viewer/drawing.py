@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 
 import coal
 import meshcat
@@ -15,9 +15,9 @@ from humanoid_rail._arrays import Array
 from humanoid_rail._validation import Vector
 from humanoid_rail.model.collision_bodies import coal_placement
 from humanoid_rail.model.robot import Robot
-from humanoid_rail.scene.obstacles import HalfSpace, Obstacle
+from humanoid_rail.scene.obstacles import Box, HalfSpace, Mesh, Obstacle, is_moving
 from humanoid_rail.scene.shapes import PlacedShape, placed_shapes
-from humanoid_rail.viewer.colours import OBSTACLE_COLOUR, WALL_COLOUR, colour_of
+from humanoid_rail.viewer.colours import OBSTACLE_COLOURS, WALL_COLOUR, colour_of
 from humanoid_rail.viewer.forms import Group, instances
 
 DIRECTION_LENGTH = 0.45
@@ -39,29 +39,57 @@ def draw_body(view: meshcat.Visualizer, shape: coal.CollisionGeometry, placement
     view.set_object(Group({"body": instances([placed], colour_of(rgba), float(rgba[3]))}))
 
 
-def draw_obstacles(view: meshcat.Visualizer, obstacles: Iterable[Obstacle]) -> None:
+def draw_obstacles(view: meshcat.Visualizer, obstacles: Sequence[Obstacle]) -> None:
     """Draw obstacles as one object: a group for those that move alike, named as :func:`moving_together` does.
 
-    Their number hardly matters: in a group those of the same form are one object.
+    Their number hardly matters: in a group those of the same form and colour are one object. A half-space below which
+    everything is full is left out: the floor shows it.
     """
-    groups = {}
+    colours, groups = obstacle_colours(obstacles), dict[str, list[mg.Object]]()
     for name, together in moving_together(obstacles).items():
-        walls: list[PlacedShape] = []
-        bodies: list[PlacedShape] = []
-        for obstacle in together:
-            (walls if isinstance(obstacle, HalfSpace) else bodies).extend(placed_shapes(obstacle))
-        groups[name] = [
-            *instances(walls, WALL_COLOUR, 0.2, order=-2),
-            *instances(bodies, OBSTACLE_COLOUR, 0.35, order=-1),
-        ]
+        coloured: dict[int, list[int]] = {}
+        for i in together:
+            if not is_floor(obstacles[i]):
+                coloured.setdefault(colours[i], []).append(i)
+        groups[name] = []
+        for colour, numbers in coloured.items():
+            pieces = [(piece, i) for i in numbers for piece in placed_shapes(obstacles[i])]
+            is_wall = colour == WALL_COLOUR
+            shapes, owners = [piece for piece, _ in pieces], [i for _, i in pieces]
+            groups[name] += instances(shapes, colour, 0.2 if is_wall else 1.0, -1 if is_wall else 0, owners)
     view.set_object(Group(groups))
 
 
-def moving_together(obstacles: Iterable[Obstacle]) -> dict[str, list[Obstacle]]:
-    """Return obstacles that have the same velocity, by a name for each velocity in the order in which they occur."""
-    grouped: dict[Vector, list[Obstacle]] = {}
+def is_floor(obstacle: Obstacle) -> bool:
+    """Return whether an obstacle is a half-space at rest that has everything above it free."""
+    if not isinstance(obstacle, HalfSpace) or is_moving(obstacle):
+        return False
+    x, y, z = obstacle.normal
+    return z > 0 and x == y == 0
+
+
+def obstacle_colours(obstacles: Sequence[Obstacle]) -> list[int]:
+    """Return the colour of each obstacle: the same for those of the same kind and size."""
+    kinds: dict[tuple[object, ...], int] = {}
+    colours = []
     for obstacle in obstacles:
-        grouped.setdefault(obstacle.velocity, []).append(obstacle)
+        kind: tuple[object, ...] = (obstacle.type,)
+        if isinstance(obstacle, Box):
+            kind = (*kind, *(round(size, 2) for size in sorted(obstacle.size)))
+        elif isinstance(obstacle, Mesh):
+            kind = (*kind, obstacle.file)
+        elif isinstance(obstacle, HalfSpace):
+            colours.append(WALL_COLOUR)
+            continue
+        colours.append(OBSTACLE_COLOURS[kinds.setdefault(kind, len(kinds)) % len(OBSTACLE_COLOURS)])
+    return colours
+
+
+def moving_together(obstacles: Sequence[Obstacle]) -> dict[str, list[int]]:
+    """Return the numbers of obstacles that have the same velocity, by a name for each velocity in their order."""
+    grouped: dict[Vector, list[int]] = {}
+    for i, obstacle in enumerate(obstacles):
+        grouped.setdefault(obstacle.velocity, []).append(i)
     return {f"together{number}": together for number, together in enumerate(grouped.values())}
 
 

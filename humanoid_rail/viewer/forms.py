@@ -6,6 +6,7 @@ Any number of shapes of a form are one object in the browser, with 64 bytes for 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import repeat
 from typing import Any, NamedTuple
 
 import coal
@@ -41,6 +42,8 @@ class Form(NamedTuple):
     geometry: mg.Geometry
     transform: Array
     """From the form to the base frame (4, 4)."""
+    owner: int = 0
+    """The number of what it is a part of; the browser knows it."""
 
 
 class _HalfSphere(mg.Sphere):  # type: ignore[misc]  # meshcat has no types
@@ -69,9 +72,10 @@ class _Instances(mg.Mesh):  # type: ignore[misc]
 
     _type = "InstancedMesh"
 
-    def __init__(self, geometry: mg.Geometry, material: mg.Material, transforms: Array, order: int) -> None:
+    def __init__(self, geometry: mg.Geometry, material: mg.Material, forms: Sequence[Form], order: int) -> None:
         super().__init__(geometry, material)
-        self._transforms, self._order = transforms, order
+        self._transforms, self._order = np.array([form.transform for form in forms]), order
+        self._owners = [form.owner for form in forms]
 
     def lower(self) -> dict[str, Any]:
         data: dict[str, Any] = super().lower()
@@ -82,6 +86,7 @@ class _Instances(mg.Mesh):  # type: ignore[misc]
             "instanceMatrix": mg.pack_numpy_array(columns),
             # The browser would judge by the geometry alone whether the bodies are in view.
             "frustumCulled": False,
+            "userData": {"owners": self._owners},
         }
         return data
 
@@ -113,7 +118,9 @@ def forms_of(placed: PlacedShape) -> list[Form]:
             raise TypeError(f"no picture of a {type(shape).__name__}")
 
 
-def instances(shapes: Iterable[PlacedShape], colour: int, opacity: float, order: int = 0) -> list[mg.Object]:
+def instances(
+    shapes: Iterable[PlacedShape], colour: int, opacity: float, order: int = 0, owners: Iterable[int] | None = None
+) -> list[mg.Object]:
     """Return objects that show shapes where they are, one for all shapes of the same form.
 
     Args:
@@ -121,24 +128,22 @@ def instances(shapes: Iterable[PlacedShape], colour: int, opacity: float, order:
         colour: The colour of all of them.
         opacity: From 0 to 1. Boxes that can be looked through are shown with their edges.
         order: Of what can be looked through, that with the smallest number is drawn first and is behind the rest.
+        owners: For each shape the number of what it is a part of; 0 if not given.
 
     Raises:
         TypeError: If a shape is none of those that a URDF or a scene can hold.
     """
     see_through = opacity < 1
     grouped: dict[str, list[Form]] = {}
-    for placed in shapes:
+    for placed, owner in zip(shapes, repeat(0) if owners is None else owners, strict=False):
         for form in forms_of(placed):
             if form.name != EDGES or see_through:
-                grouped.setdefault(form.name, []).append(form)
+                grouped.setdefault(form.name, []).append(form._replace(owner=owner))
     # Bodies that can be looked through must not hide each other, in whatever order they are drawn.
     body = mg.MeshPhongMaterial(color=colour, opacity=opacity, transparent=see_through, depthWrite=not see_through)
     line = mg.MeshBasicMaterial(color=colour, wireframe=True)
     return [
-        _Instances(
-            forms[0].geometry, line if name == EDGES else body, np.array([form.transform for form in forms]), order
-        )
-        for name, forms in grouped.items()
+        _Instances(forms[0].geometry, line if name == EDGES else body, forms, order) for name, forms in grouped.items()
     ]
 
 

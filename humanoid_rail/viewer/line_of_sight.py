@@ -1,4 +1,4 @@
-"""How much of a robot and its hands is hidden from a camera."""
+"""Whether a robot hides its own hands from a camera."""
 
 from __future__ import annotations
 
@@ -12,28 +12,26 @@ from humanoid_rail.viewer.sizes import robot_points, scale
 
 NEAR_HAND = 0.3
 """Bodies of the robot do not count so near a hand, m; it is scaled with the robot."""
-OPAQUE = 3.0
-"""A robot hides a hand as well as so many obstacles do, which are drawn translucent."""
 
 
-def hidden_share(robot: Robot, q: Array, obstacles: Array, eye: Array) -> float:
-    """Return how much is in front of what is to be seen; 0 if nothing is.
+def hidden_hands(robot: Robot, q: Array, eyes: Array) -> Array:
+    """Return the share of the hands that bodies of the robot hide from each of some cameras (C,).
 
     Bodies are taken as the boxes around them, along the axes of the base frame: that is enough to compare views.
 
     Args:
         robot: The robot.
         q: Its configuration (n,), m and rad.
-        obstacles: Two opposite corners of the boxes around obstacles (m, 2, 3), m.
-        eye: Where the camera is (3,), m.
+        eyes: Where the cameras are (C, 3), m.
     """
     boxes, hands = robot_points(robot, (), q).reshape(-1, 8, 3), Kinematics(robot).hand_positions(q)
     bodies = np.stack([boxes.min(axis=1), boxes.max(axis=1)], axis=1)
-    back = (eye - hands) / np.linalg.norm(eye - hands, axis=1, keepdims=True)
-    over_hands = crossed(hands, eye, obstacles).sum(axis=1).mean()
-    over_bodies = crossed(bodies.mean(axis=1), eye, obstacles).sum(axis=1).mean()
-    behind_robot = crossed(hands + NEAR_HAND * scale(robot) * back, eye, bodies).any(axis=1).mean()
-    return float(over_hands + over_bodies + OPAQUE * behind_robot)
+    shares = []
+    for eye in eyes:
+        back = (eye - hands) / np.linalg.norm(eye - hands, axis=1, keepdims=True)
+        before = hands + NEAR_HAND * scale(robot) * back
+        shares.append(float(crossed(before, eye, bodies).any(axis=1).mean()))
+    return np.array(shares)
 
 
 def crossed(points: Array, eye: Array, boxes: Array) -> NDArray[np.bool_]:

@@ -1,4 +1,4 @@
-"""Playing a motion back: as a page in one file, or in a browser until interrupted."""
+"""Playing motions back: as a page in one file, or in a browser until interrupted."""
 
 from __future__ import annotations
 
@@ -6,19 +6,32 @@ import signal
 import threading
 import time
 import webbrowser
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import TYPE_CHECKING
-
-from humanoid_rail.errors import EngineMissing
 
 # meshcat, SciPy and what draws with them are imported where they are used: the command line imports this module first.
 if TYPE_CHECKING:
     from humanoid_rail.model.robot import Robot
     from humanoid_rail.scene.scene import Scene
     from humanoid_rail.trajectory import Trajectory
-    from humanoid_rail.viewer.closest_pairs import ClosestPairs
+
+SCRIPTS = (
+    "kinematics.js",
+    "arrays.js",
+    "clock.js",
+    "stage.js",
+    "camera.js",
+    "figure.js",
+    "obstacles.js",
+    "labels.js",
+    "plots.js",
+    "timeline.js",
+    "keys.js",
+    "playback.js",
+)
+"""The scripts of the page in `web/`; each of them has one job."""
 
 
 def playback_html(robot: Robot, scene: Scene, trajectory: Trajectory) -> str:
@@ -31,17 +44,52 @@ def playback_html(robot: Robot, scene: Scene, trajectory: Trajectory) -> str:
         scene: The scene the motion was planned in.
         trajectory: The motion.
     """
+    return motions_html(robot, [(scene.name, scene, trajectory)])
+
+
+def motions_html(robot: Robot, motions: Sequence[tuple[str, Scene, Trajectory]]) -> str:
+    """Return a page that plays one motion back, or two at the same time: the robot of the second one is translucent.
+
+    Args:
+        robot: The robot.
+        motions: What each motion is called, the scene it was planned in, and the motion. The scene of the first one is
+            drawn; the page says so where the second one has another.
+    """
     import meshcat
 
-    from humanoid_rail.viewer.caption import caption
+    from humanoid_rail.viewer.camera import best_view
+    from humanoid_rail.viewer.caption import OTHER_SCENE, caption, legend
     from humanoid_rail.viewer.closest_pairs import closest_of_all
+    from humanoid_rail.viewer.motion_data import motion_data, scene_data
     from humanoid_rail.viewer.page import CommandList, page_html
-    from humanoid_rail.viewer.view import fill_view
+    from humanoid_rail.viewer.playback_body import playback_body
+    from humanoid_rail.viewer.series import series
+    from humanoid_rail.viewer.view import draw_motion, draw_scene, floor_height
+    from humanoid_rail.viewer.visual_meshes import robot_visuals
 
-    pairs, drawn = _closest_pairs(robot, scene, trajectory), CommandList()
-    fill_view(meshcat.Visualizer(window=drawn), robot, scene, trajectory, pairs)
-    said = caption(scene.name, trajectory, pairs, closest_of_all(robot, scene, trajectory, pairs))
-    return page_html(f"{scene.name}: humanoid_rail", said, drawn)
+    drawn, visuals = CommandList(), robot_visuals(robot)
+    world = meshcat.Visualizer(window=drawn)["world"]
+    _, scene, first = motions[0]
+    draw_scene(world, robot, scene)
+    view = best_view(robot, scene, *(trajectory for _, _, trajectory in motions))
+    data = scene_data(robot, scene, view, floor_height(robot, scene, visuals))
+    data["motions"], captions = [], []
+    for number, (name, own, trajectory) in enumerate(motions):
+        found = series(robot, own, trajectory)
+        draw_motion(world[f"motion{number}"], robot, visuals, trajectory, found.pairs, is_second=number > 0)
+        data["motions"].append(motion_data(name, trajectory, found))
+        captions.append(
+            caption(
+                name,
+                trajectory,
+                closest_of_all(robot, own, trajectory, found.pairs),
+                mark=f'<span class="mark mark{number}"></span>' if len(motions) > 1 else "",
+                note=OTHER_SCENE if own.obstacles != scene.obstacles else "",
+            )
+        )
+    title = f"{', '.join(name for name, _, _ in motions)}: humanoid_rail"
+    body = playback_body("".join(captions), legend(first), data)
+    return page_html(title, body, drawn, data, style="playback.css", scripts=SCRIPTS)
 
 
 def show(
@@ -62,29 +110,31 @@ def show(
         on_ready: Called with the URL of the page once it is served.
 
     Raises:
-        HumanoidRailError: If meshcat's server does not start.
+        HumanoidRailError: If no port can be served.
     """
-    from humanoid_rail.viewer.server import meshcat_server
-    from humanoid_rail.viewer.view import fill_view
+    with _interruptible(), suppress(KeyboardInterrupt):
+        show_page(playback_html(robot, scene, trajectory), open_browser=open_browser, on_ready=on_ready)
 
-    with _interruptible(), suppress(KeyboardInterrupt), meshcat_server() as view:
-        fill_view(view, robot, scene, trajectory, _closest_pairs(robot, scene, trajectory))
-        on_ready(view.url())
+
+def show_page(page: str, *, open_browser: bool = True, on_ready: Callable[[str], None] = lambda url: None) -> None:
+    """Serve a page to browsers on this machine until interrupted, as :func:`show` does.
+
+    Args:
+        page: The page, as HTML.
+        open_browser: Whether to open the page in the user's browser.
+        on_ready: Called with the URL of the page once it is served.
+
+    Raises:
+        HumanoidRailError: If no port can be served.
+    """
+    from humanoid_rail.viewer.server import served
+
+    with _interruptible(), suppress(KeyboardInterrupt), served(page) as url:
+        on_ready(url)
         if open_browser:
-            webbrowser.open(view.url(), new=2)
+            webbrowser.open(url, new=2)
         while True:
             time.sleep(0.5)
-
-
-def _closest_pairs(robot: Robot, scene: Scene, trajectory: Trajectory) -> ClosestPairs:
-    """Return the closest pairs at each frame of the animation; none without the native engine, which finds them."""
-    from humanoid_rail.viewer.closest_pairs import ClosestPairs, closest_pairs
-    from humanoid_rail.viewer.frames import frame_times
-
-    try:
-        return closest_pairs(robot, scene, trajectory, frame_times(trajectory))
-    except EngineMissing:
-        return ClosestPairs()
 
 
 @contextmanager

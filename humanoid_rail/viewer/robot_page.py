@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import html
-import json
-from collections.abc import Iterator
-from pathlib import Path
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import coal
@@ -19,6 +17,7 @@ from humanoid_rail.model.pairs import NO_JOINT
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.viewer.camera import CAMERA, fitted
 from humanoid_rail.viewer.drawing import draw_bodies
+from humanoid_rail.viewer.joints import joints_data
 from humanoid_rail.viewer.page import CommandList, page_html
 from humanoid_rail.viewer.sizes import robot_points
 from humanoid_rail.viewer.view import BELOW, dim, set_up
@@ -55,7 +54,9 @@ def robot_html(robot: Robot) -> str:
     for body in bodies.geometryObjects:
         body.meshColor = np.array([0.3, 0.55, 0.84, 0.3])
     draw_bodies(world["bodies"], robot, bodies)
-    return page_html(f"{robot.name}: humanoid_rail", _panel(robot), drawn)
+    data = page_data(robot)
+    title, scripts = f"{robot.name}: humanoid_rail", ("kinematics.js", "convex_distance.js", "robot_page.js")
+    return page_html(title, _panel(robot, data), drawn, data, style="robot_page.css", scripts=scripts)
 
 
 def page_data(robot: Robot) -> dict[str, Any]:
@@ -63,7 +64,7 @@ def page_data(robot: Robot) -> dict[str, Any]:
     model = robot.model
     return {
         "names": list(model.names),
-        "joints": [_joint(robot, i) for i in range(1, model.njoints)],
+        "joints": joints_data(robot),
         "initial": robot.initial.tolist(),
         "postures": {START: robot.initial.tolist(), **{name: [*q] for name, q in robot.postures.items()}},
         "sliders": [
@@ -74,22 +75,6 @@ def page_data(robot: Robot) -> dict[str, Any]:
         "checked": [[i, j, robot.pair_distances.get((i, j), NEAR)] for i, j in robot.self_collision_pairs],
         "unchecked": list(_unchecked(robot)),
         "reasons": [str(pair) for pair in robot.unchecked_pairs],
-    }
-
-
-def _joint(robot: Robot, number: int) -> dict[str, Any]:
-    model, joint = robot.model, robot.model.joints[number]
-    data = joint.createData()
-    joint.calc(data, pin.neutral(model))
-    along, about = np.asarray(data.S, float).reshape(6)[:3], np.asarray(data.S, float).reshape(6)[3:]
-    row = robot.coupling[joint.idx_v]
-    return {
-        "parent": int(model.parents[number]),
-        "placement": model.jointPlacements[number].homogeneous.T.ravel().tolist(),
-        "kind": "revolute" if about.any() else "prismatic",
-        "axis": (about if about.any() else along).tolist(),
-        "follows": [[int(i), float(row[i])] for i in np.flatnonzero(row)],
-        "offset": float(robot.offset[joint.idx_q]),
     }
 
 
@@ -144,9 +129,8 @@ def _unit(model: pin.Model, name: str) -> str:
     return "m" if model.joints[model.getJointId(name)].shortname().startswith("JointModelP") else "rad"
 
 
-def _panel(robot: Robot) -> str:
-    """Return the panel of the page, with its style, its data and its scripts, as HTML."""
-    data = page_data(robot)
+def _panel(robot: Robot, data: Mapping[str, Any]) -> str:
+    """Return the page around what is drawn, of the data that its script knows, as HTML."""
     sliders = "".join(
         f'<div class="joint"><label for="slider-{i}">{html.escape(joint["name"])}</label><span id="value-{i}"></span>'
         f'<input type="range" id="slider-{i}" min="{joint["lower"]}" max="{joint["upper"]}" step="any">'
@@ -161,13 +145,7 @@ def _panel(robot: Robot) -> str:
         f'<ul id="{name}"></ul>'
         for name, colour, said in (("touching", "#d7191c", "touching"), ("near", "#f07f1b", "near"))
     )
-    here = Path(__file__).parent
-    scripts, style = ("convex_distance.js", "robot_page.js"), (here / "robot_page.css").read_text(encoding="utf-8")
-    texts = "".join(f"<script>{(here / name).read_text(encoding='utf-8')}</script>" for name in scripts)
-    # `<` in a name must not end the script.
-    known = json.dumps(data, separators=(",", ":")).replace("<", "\\u003c")
-    return f"""<style>{style}</style>
-<div id="robot-panel">
+    return f"""<div id="robot-panel">
 <h1>{html.escape(robot.name)}</h1>
 <p class="quiet">Hands: {html.escape(", ".join(f"{hand.name} ({hand.frame})" for hand in robot.hands))}</p>
 <label><input type="checkbox" id="show-robot" checked> meshes (M)</label>
@@ -179,5 +157,4 @@ def _panel(robot: Robot) -> str:
 <h2>This posture</h2><textarea id="posture" readonly></textarea>
 <p class="quiet">Drag to turn, scroll to zoom. Near is below the distance that is kept. The page has no obstacles.</p>
 </div>
-<script type="application/json" id="robot-data">{known}</script>
-{texts}"""
+<div id="meshcat-pane"></div>"""

@@ -55,7 +55,7 @@ def colliding(tmp_path_factory: pytest.TempPathFactory, robot: Robot, scene: Sce
 
 def test_bad_input_is_one_line_and_exit_2(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     for arguments, said in (
-        (["dance"], "command is 'dance'; valid: one of plan, play, verify, export, robot, urdf"),
+        (["dance"], "command is 'dance'; valid: one of plan, play, compare, verify, export, robot, urdf"),
         (["--nonsense"], "--nonsense"),
         (["plan", "--method", "magic"], "method is 'magic'"),
         (["play"], "FOLDER"),
@@ -240,3 +240,15 @@ def test_export_says_what_it_cannot_write(folder: Path, tmp_path: Path, capfd: p
     assert_bad_input(Ran(capfd, *export, "csv"), "--out")
     assert_bad_input(Ran(capfd, *export, "csv", "-o", tmp_path), "out is ")
     assert not list(tmp_path.iterdir())
+
+
+def test_export_at_another_rate_is_the_same_motion(
+    folder: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    plan = read_plan(folder)
+    out = tmp_path / "fast.npz"
+    assert Ran(capfd, "export", str(folder), "--format", "npz", "--rate", "1000", "-o", str(out)).code == 0
+    with np.load(out) as arrays:
+        np.testing.assert_array_equal(arrays["q"], plan.trajectory.resample(1e-3).q)
+        assert np.isin(plan.trajectory.t, arrays["t"]).all()
+    assert_bad_input(Ran(capfd, "export", str(folder), "--format", "npz", "--rate", "0", "-o", str(out)), "rate is 0.0")

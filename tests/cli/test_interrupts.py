@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from urllib.error import URLError
+from urllib.request import urlopen
 
 import psutil
 import pytest
@@ -74,11 +77,11 @@ def start(tmp_path: Path) -> Iterator[Callable[..., subprocess.Popen[str]]]:
         process.communicate()
 
 
-def wait_for(process: subprocess.Popen[str], said: str) -> None:
+def wait_for(process: subprocess.Popen[str], said: str) -> str:
     assert process.stdout is not None
     for line in process.stdout:
         if said in line:
-            return
+            return line
     raise AssertionError(process.communicate())
 
 
@@ -152,15 +155,16 @@ def test_workers_end_with_the_process_that_started_them(
     assert have_ended([*children, parent])
 
 
-def test_the_server_of_a_playback_ends_when_the_playback_is_killed(
-    start: Callable[..., subprocess.Popen[str]],
-) -> None:
+def test_nothing_is_served_any_more_when_a_playback_is_killed(start: Callable[..., subprocess.Popen[str]]) -> None:
     process = start("-m", "humanoid_rail", "plan", "--case", "1", "--dt", "0.1", "--view")
-    wait_for(process, "Ctrl-C")
-    children = psutil.Process(process.pid).children(recursive=True)
-    assert children
+    line = wait_for(process, "Ctrl-C")
+    url = re.findall(r"http://\S+", line)[0]
+    assert urlopen(url).status == 200
+    assert not psutil.Process(process.pid).children(recursive=True)
     process.kill()
-    assert have_ended(children)
+    process.wait()
+    with pytest.raises(URLError):
+        urlopen(url)
 
 
 @pytest.mark.parametrize(("ending", "code", "said"), [("INT", 130, "interrupted"), ("TERM", 143, "terminated")])

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import pytest
-from conftest import changed, random_q, random_scene
+from conftest import changed, plan, random_q, random_scene
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -23,9 +24,11 @@ from humanoid_rail import (
     load_robot,
     plan_case,
     read_trajectory,
+    retime,
     verify,
     write_trajectory,
 )
+from humanoid_rail.model.beyond_limits import robot_of_motion
 
 TARGETS = {"left": (-1.6, 0.6, 3.4), "right": (-1.6, 2.2, 3.4)}
 
@@ -60,7 +63,9 @@ def test_the_bound_holds_and_is_tight(seed: int, speed: float) -> None:
     steps = rng.normal(size=(8, robot.n)) * rng.choice([0.02, 0.1, 0.4])
     motion = Motion(np.cumsum(rng.uniform(0.01, 0.2, 9)), start + np.vstack([np.zeros(robot.n), np.cumsum(steps, 0)]))
     certificate = verify(robot, scene, motion)
-    t, outer, inner = densely(robot, scene, motion)
+    # Most of these motions leave the limits: then neighbours are checked away from their joint too.
+    checked = robot_of_motion(robot, motion.t, motion.q, None)
+    t, outer, inner = densely(checked, scene, motion)
     fine = min(outer.min(), inner.min())
     assert certificate.clearance_bound is not None
     assert certificate.clearance_bound <= fine + 1e-9
@@ -230,3 +235,34 @@ def test_what_is_no_motion_is_named(robot: Robot, scene: Scene, motion: object) 
         verify(robot, scene, motion)
     with pytest.raises(InvalidInput, match="scene is"):
         verify(robot, "scene.yaml", Motion(np.zeros(1), np.zeros((1, 12))))
+
+
+def test_nothing_is_bounded_where_all_pairs_have_distances_of_their_own(robot: Robot, tmp_path: Path) -> None:
+    pairs = robot.self_collision_pairs
+    own = replace(robot, pair_distances=dict.fromkeys(pairs, 0.001))
+    free = scene_of()
+    found = plan(own, free)
+    proof = found.certificate
+    assert proof is not None
+    assert proof.certified
+    assert proof.clearance_bound > 0.0
+    assert (proof.others_bound, proof.kept_bound, proof.only_own_distances) == (None, None, True)
+    assert "could not be kept" not in found.reason
+    write_trajectory(found, tmp_path)
+    assert "Infinity" not in (tmp_path / "summary.json").read_text(encoding="utf-8")
+    assert read_trajectory(tmp_path).certificate == proof
+    timed = retime(found, own, free)
+    assert timed.certified
+    assert timed.certificate.kept_bound is None
+    # Where one keeps the safety distance, or there is an obstacle, or something touches, there is a bound.
+    one = replace(robot, pair_distances=dict.fromkeys(pairs[1:], 0.001))
+    bounded = verify(one, free, found)
+    assert bounded.kept_bound == bounded.others_bound >= proof.clearance_bound
+    ahead = verify(own, scene_of(Sphere(center=(30.0, 0.0, 0.0), radius=0.1)), found)
+    assert ahead.kept_bound == ahead.others_bound > 10.0
+    rng = np.random.default_rng(3)
+    while Kinematics(own).measure(q := rng.uniform(own.lower, own.upper)).self_clearance.min() > -0.02:
+        pass
+    touching = verify(own, free, Motion(np.array([0.0, 1.0]), np.array([q, q])))
+    assert not touching.certified
+    assert touching.kept_bound == touching.clearance_bound < 0.0

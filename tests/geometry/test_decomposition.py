@@ -97,7 +97,7 @@ def test_results_are_kept_and_damaged_ones_made_anew(cache: Path, monkeypatch: p
 def test_without_a_folder_for_the_cache_it_works(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
-    monkeypatch.setattr(decomposition, "_run", lambda solid, name, budget, options: [solid.vertices])
+    monkeypatch.setattr(decomposition, "_run", lambda solid, name, budget: [solid.vertices])
     assert len(decompose(ell(), "ell")) == 1
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -15,8 +16,10 @@ from scipy.spatial import ConvexHull
 from humanoid_rail.geometry import mesh_bodies
 from humanoid_rail.geometry.coverage import farthest_outside
 from humanoid_rail.geometry.mesh_bodies import MOST_SWELLING, THICKENED, mesh_hull, mesh_pieces
-from humanoid_rail.geometry.mesh_cells import divided, enclosed_volume, in_order
 from humanoid_rail.geometry.mesh_files import Triangles
+from humanoid_rail.geometry.ordered_mesh import enclosed_volume, in_order
+from humanoid_rail.geometry.plane_cuts import plane_cuts
+from humanoid_rail.geometry.simple_hull import simple_hull
 
 Points = NDArray[np.float64]
 
@@ -81,6 +84,23 @@ def test_hulls_contain_the_mesh_and_swell_as_they_say(shape: str, tmp_path: Path
     assert swelling == pytest.approx(max(distance_by_weights(p, hull) for p in piece), abs=2e-6)
 
 
+def test_dense_meshes_take_memory_by_their_vertices(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A ball of 10242 vertices: all on the hull, whose swelling is known from the radii in and around it."""
+    monkeypatch.setattr("humanoid_rail.geometry.simple_hull.NUMBERS", 2**18)
+    ball = trimesh.creation.icosphere(5, 0.1)
+    inner = float(np.einsum("fx,fx->f", ball.face_normals, ball.triangles[:, 0]).min())
+    tracemalloc.start()
+    hull = simple_hull(np.array(ball.vertices), MOST_SWELLING)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 3000 * len(ball.vertices)  # bytes; a matrix of vertices by planes takes 3600 for each
+    assert len(hull.vertices) < 300
+    planes = ConvexHull(hull.vertices).equations
+    assert (ball.vertices @ planes[:, :3].T + planes[:, 3]).max() < 1e-12
+    outer = float(np.linalg.norm(hull.vertices, axis=1).max())
+    assert outer - 0.1 - 1e-9 <= hull.swelling <= min(outer - inner + 2e-9, MOST_SWELLING + 2e-9)
+
+
 def test_the_order_in_the_file_does_not_matter(tmp_path: Path, rng: np.random.Generator) -> None:
     mesh, results = capsule(), []
     for _ in range(3):
@@ -103,10 +123,8 @@ def test_small_convex_meshes_are_their_own_vertices(tmp_path: Path) -> None:
     np.testing.assert_array_equal(again.pieces[0], bodies.pieces[0])
 
 
-@pytest.mark.parametrize("name", ["flat", "line", "point"])
-def test_meshes_without_thickness_get_some(name: str, tmp_path: Path) -> None:
-    thin = {"flat": (1.0, 1.0, 0.0), "line": (1.0, 0.0, 0.0), "point": (0.0, 0.0, 0.0)}[name]
-    vertices = trimesh.creation.icosphere(2, 0.1).vertices * thin + (0.0, 0.3, 0.0)
+def test_a_flat_mesh_gets_some_thickness(tmp_path: Path) -> None:
+    vertices = trimesh.creation.icosphere(2, 0.1).vertices * (1.0, 1.0, 0.0) + (0.0, 0.3, 0.0)
     file = raw(vertices, trimesh.creation.icosphere(2).faces, tmp_path)
     for bodies in (mesh_hull(file, 1.0), mesh_pieces(file, 1.0)):
         (piece,) = bodies.pieces
@@ -117,6 +135,28 @@ def test_meshes_without_thickness_get_some(name: str, tmp_path: Path) -> None:
         hull = trimesh.convex.convex_hull(piece)
         (again,) = mesh_hull(raw(hull.vertices, hull.faces, tmp_path), 1.0).pieces
         assert farthest_outside(piece, [again]) < 1e-12
+
+
+@pytest.mark.parametrize(("line", "where"), [((1.0, 0.0, 0.0), "on one line"), ((0.0, 0.0, 0.0), "at one point")])
+@pytest.mark.parametrize("suffix", ["obj", "stl"])
+def test_a_mesh_without_a_surface_is_refused(
+    line: tuple[float, ...], where: str, suffix: str, tmp_path: Path, rng: np.random.Generator
+) -> None:
+    ball = trimesh.creation.icosphere(2, 0.1)
+    vertices = ball.vertices * line @ trimesh.transformations.random_rotation_matrix(rng.random(3))[:3, :3] + 0.3
+    file = written(trimesh.Trimesh(vertices, ball.faces, process=False), tmp_path, f"mesh.{suffix}")
+    for bodies in (mesh_hull, mesh_pieces):
+        with pytest.raises(ValueError, match=f"has a surface: all its vertices are {where}"):
+            bodies(file, 1.0)
+
+
+@pytest.mark.parametrize("junk", [np.zeros((5, 3)), np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0.0]])])
+def test_kept_bodies_that_are_flat_are_made_anew(junk: Points, cache: Path, tmp_path: Path) -> None:
+    file = written(capsule(), tmp_path)
+    first = mesh_hull(file, 1.0)
+    (kept,) = cache.iterdir()
+    np.savez(kept, np.array([[0.0, 1.0, 0.0]]), junk)
+    np.testing.assert_array_equal(mesh_hull(file, 1.0).pieces[0], first.pieces[0])
 
 
 def test_open_degenerate_and_scattered_meshes_have_a_hull(tmp_path: Path) -> None:
@@ -174,7 +214,6 @@ def test_pieces_contain_every_triangle(is_open: bool, tmp_path: Path, rng: np.ra
     mesh = ell()
     file = raw(mesh.vertices, mesh.faces[2:] if is_open else mesh.faces, tmp_path)
     bodies = mesh_pieces(file, 0.5)
-    assert not bodies.uncut
     assert 1 < len(bodies.pieces) <= 30
     assert bodies.hull_share == (1.0 if is_open else pytest.approx(mesh.volume / mesh.convex_hull.volume))
     assert sum(ConvexHull(piece).volume for piece in bodies.pieces) < 0.8 * mesh.convex_hull.volume / 8.0
@@ -184,24 +223,19 @@ def test_pieces_contain_every_triangle(is_open: bool, tmp_path: Path, rng: np.ra
     assert farthest_outside(0.5 * points, bodies.pieces) < 1e-9
 
 
-def test_what_cannot_be_cut_is_its_hull_and_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fails(*_: object) -> None:
-        raise ValueError("a mesh that can be cut")
-
-    mesh = ell()
-    file = raw(mesh.vertices, mesh.faces, tmp_path)
-    monkeypatch.setattr(mesh_bodies, "decompose", fails)
-    bodies = mesh_pieces(file, 1.0)
-    assert bodies.uncut == "a mesh that can be cut"
-    np.testing.assert_array_equal(bodies.pieces[0], mesh_hull(file, 1.0).pieces[0])
+def test_pieces_of_a_solid_contain_its_inside_and_follow_its_hollow(rng: np.random.Generator) -> None:
+    torus = trimesh.creation.torus(0.3, 0.08, 48, 24)
+    torus.apply_transform(trimesh.transformations.rotation_matrix(0.7, (1, 2, 3), (0.1, 0, 0.4)))
+    sets = plane_cuts(in_order(Triangles(torus.vertices, torus.faces)))
+    points = rng.uniform(*torus.bounds, (3000, 3))
+    assert farthest_outside(points[torus.contains(points)], sets) < 1e-9
+    assert sum(ConvexHull(part).volume for part in sets) < 0.65 * torus.convex_hull.volume
+    assert farthest_outside(torus.centroid[None], sets) > 0.1
 
 
-def test_divided_triangles_are_small_and_the_same_surface() -> None:
+def test_volumes_are_those_of_closed_meshes_alone() -> None:
     box = trimesh.creation.box((1.0, 2.0, 3.0))
     mesh = in_order(Triangles(box.vertices, box.faces))
-    fine = divided(mesh, 0.3)
-    assert np.linalg.norm(fine.corners - np.roll(fine.corners, 1, axis=1), axis=2).max() <= 0.3
-    assert trimesh.Trimesh(*fine, process=False).area == pytest.approx(box.area)
     assert enclosed_volume(mesh) == pytest.approx(6.0)
     assert enclosed_volume(mesh._replace(faces=mesh.faces[1:])) is None
 

@@ -40,7 +40,10 @@ def test_what_is_written_is_read_back(trajectory: Trajectory, tmp_path: Path) ->
     written = write_trajectory(trajectory, tmp_path / "a" / "b")
     assert {path.name for path in written} == FILES == {path.name for path in (tmp_path / "a" / "b").iterdir()}
     again = read_trajectory(tmp_path / "a" / "b")
+    assert (again.robot, again.scene) == (None, None)  # read_plan knows them
     for part in fields(Trajectory):
+        if part.name in ("robot", "scene"):
+            continue
         one, two = getattr(trajectory, part.name), getattr(again, part.name)
         for field in fields(one):
             before, after = getattr(one, field.name), getattr(two, field.name)

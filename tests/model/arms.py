@@ -54,3 +54,36 @@ def arm(
     urdf = f'<robot name="arm" xmlns:drake="http://drake.mit.edu">{links}{joints}{more}</robot>'
     pairs = "".join(f'<disable_collisions link1="b{i}" link2="b{i + 1}"/>' for i in range(2))
     return robot_from_urdf(urdf, f"<robot>{pairs}</robot>" if srdf is None else srdf, [HAND])
+
+
+def long_arm(*, joints: dict[str, str] | None = None, links: dict[str, str] | None = None, more: str = "") -> str:
+    """Return the URDF of an arm of six joints j0 to j5 within +-1.5 rad and links l0 to l5, boxes of 0.2 m, on a base.
+
+    Args:
+        joints: Attributes of the `<limit>` of joints instead of these, or what comes after it, such as `<mimic>`.
+        links: What is in links by their names, instead of a box.
+        more: Further elements of the URDF.
+    """
+    plain = 'lower="-1.5" upper="1.5" velocity="2"'
+    names = ["base", *(f"l{i}" for i in range(6))]
+    bodies = {"base": ""} | {name: box(0.2, 0.02) for name in names[1:]} | (links or {})
+    text = "".join(f'<link name="{name}">{bodies[name]}</link>' for name in names)
+    for i in range(6):
+        extra = (joints or {}).get(f"j{i}", "")
+        limit, after = (extra, "") if extra and not extra.startswith("<") else (plain, extra)
+        axis = "0 0 1" if i % 2 == 0 else "0 1 0"
+        text += joint(f"j{i}", names[i], names[i + 1], 0.2 if i else 0.0, limit, axis, after)
+    return f'<robot name="long">{text}{more}</robot>'
+
+
+def fixed(name: str, parent: str, child: str, xyz: str, body: str) -> str:
+    """Return a link with a body that is fixed to another at xyz in m."""
+    return (
+        f'<link name="{child}">{body}</link><joint name="{name}" type="fixed"><parent link="{parent}"/>'
+        f'<child link="{child}"/><origin xyz="{xyz}"/></joint>'
+    )
+
+
+def ball(radius: float, xyz: str = "0 0 0") -> str:
+    """Return a ball at xyz in a link, m."""
+    return f'<collision><origin xyz="{xyz}"/><geometry><sphere radius="{radius}"/></geometry></collision>'

@@ -43,13 +43,60 @@ def test_within_the_nominal_limits_no_neighbours_meet_away_from_their_joint(robo
     assert all("within the limits they do not meet farther than" in reason for reason in why.values())
 
 
-@pytest.mark.parametrize("upper", [1.6, 3.0, 90.0])
+@pytest.mark.parametrize("upper", [1.6, 3.0, 6.2])
 def test_a_forearm_folded_onto_its_upper_arm_is_no_longer_certified(upper: float) -> None:
     robot = load_robot(elbow_upper=upper)
     assert certificate_at(robot, np.radians(60))
     folded = certificate_at(robot, 1.45)
     assert not folded
     assert {folded.contact.link, folded.contact.other} == {"left_upper_arm", "left_forearm"}
+
+
+@pytest.mark.parametrize("cubic", [False, True])
+def test_beyond_its_limits_a_folded_forearm_is_not_certified(robot: Robot, cubic: bool) -> None:
+    """The nominal limits keep it from folding, so the robot itself does not check it; a motion may leave them."""
+    q = np.tile(robot.initial, (2, 1))
+    q[1, ELBOW] = -1.2
+    still, fast = np.zeros_like(q), np.zeros_like(q)
+    fast[0, ELBOW] = 12.0  # swings up to 1.5 rad between the samples
+    t = np.array([0.0, 1.0])
+    within = verify(robot, NOTHING, SimpleNamespace(t=t, q=q, timing=SimpleNamespace(velocity=still)))
+    assert within.certified
+    assert within.unchecked_pairs == robot.unchecked_pairs
+    if cubic:
+        beyond = verify(robot, NOTHING, SimpleNamespace(t=t, q=q, timing=SimpleNamespace(velocity=fast)))
+    else:
+        q[1, ELBOW] = 1.45
+        beyond = verify(robot, NOTHING, SimpleNamespace(t=t, q=q))
+    assert not beyond.certified
+    assert {beyond.contact.link, beyond.contact.other} == {"left_upper_arm", "left_forearm"}
+    why = {frozenset((pair.link, pair.other)): pair.why for pair in beyond.unchecked_pairs}
+    assert "checked only farther than 0.525 m" in why[frozenset(("left_upper_arm", "left_forearm"))]
+
+
+def test_limits_that_have_nothing_to_do_with_neighbours_change_nothing(robot: Robot) -> None:
+    q = np.tile(robot.initial, (2, 1))
+    q[1, 0] = robot.upper[0] + 1.0  # along the rail
+    certificate = verify(robot, NOTHING, SimpleNamespace(t=np.array([0.0, 1.0]), q=q))
+    assert certificate.certified
+    assert certificate.unchecked_pairs == robot.unchecked_pairs
+
+
+def test_what_limits_keep_apart_is_apart_whatever_the_dimensions() -> None:
+    """The parts of two bones at an angle of a, begun at b from the elbow, are 2 b sin(a/2) apart, less their radii."""
+    rng, seen = np.random.default_rng(7), set()
+    for _ in range(16):
+        upper, radius = float(rng.uniform(0.9, 1.7)), float(rng.uniform(0.01, 0.08))
+        lengths = {name: float(rng.uniform(0.3, 1.5)) for name in ("l_l2", "l_l3")}
+        robot = load_robot(elbow_lower=-0.5, elbow_upper=upper, link_radius=radius, **lengths)
+        why = {frozenset((pair.link, pair.other)): pair.why for pair in robot.unchecked_pairs}
+        begins = np.sqrt((0.5 * (min(lengths.values()) + radius)) ** 2 - radius**2)
+        apart = 2 * begins * np.sin(max(np.pi / 2 - upper, 0.0) / 2) - 2 * radius
+        if abs(apart) > 2e-3:
+            kept = "within the limits they do not meet" in why[frozenset(("left_upper_arm", "left_forearm"))]
+            assert kept == (apart > 0)
+            seen.add(kept)
+    assert seen == {True, False}
 
 
 def test_no_method_folds_an_arm(robot: Robot) -> None:

@@ -11,10 +11,12 @@ from pathlib import Path
 import coal
 import pinocchio as pin
 import pytest
+import trimesh
 from conftest import ROOT, package_robot
 from saved_robots import assert_same, load, write_robot
 
 from humanoid_rail import InvalidInput, Robot, load_robot, robots
+from humanoid_rail.geometry import simple_hull
 from humanoid_rail.model import examination
 
 
@@ -44,6 +46,25 @@ def test_a_robot_with_meshes_is_the_same_elsewhere_without_its_files(
     again.save(tmp_path / "twice")
     name = "robot.yaml"
     assert (tmp_path / "twice" / name).read_bytes() == (tmp_path / "elsewhere" / name).read_bytes()
+
+
+def test_hulls_of_many_vertices_are_not_simplified_again(tmp_path: Path) -> None:
+    urdf = write_robot(tmp_path / "in")
+    bar = trimesh.creation.capsule(0.3, 0.1, count=(48, 48))
+    bar.export(tmp_path / "in" / "bar.stl")
+    robot = load(urdf)
+    assert max(getattr(b.geometry, "num_points", 0) for b in robot.collision_model.geometryObjects) > 64
+    robot.save(tmp_path / "out")
+    assert_same(robot, load_robot(tmp_path / "out"))
+
+
+def test_a_hull_that_has_to_swell_too_much_is_warned_of(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    urdf = write_robot(tmp_path / "in")
+    trimesh.creation.icosphere(3, radius=1.0).export(tmp_path / "in" / "bar.stl")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setattr(simple_hull, "MOST_VERTICES", 90)
+    with pytest.warns(UserWarning, match="mm out of its mesh"):
+        load(urdf)
 
 
 def test_what_a_mesh_refers_to_is_saved_with_it(tmp_path: Path, meshy: Robot) -> None:
@@ -134,7 +155,4 @@ def test_an_unknown_name_lists_the_robots() -> None:
 def test_robots_of_a_package_are_the_same_elsewhere(name: str, tmp_path: Path) -> None:
     robot = package_robot(f"example-robot-data:{name}")
     robot.save(tmp_path)
-    most = max(getattr(b.geometry, "num_points", 0) for b in robot.collision_model.geometryObjects)
-    if most > 64:
-        pytest.skip(f"a hull of {most} vertices, which is simplified again")
     assert_same(robot, load_robot(tmp_path), names=False)

@@ -7,14 +7,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from arms import long_arm
 from conftest import plan, points
 
-from humanoid_rail import DirectionTask, Gains, Kinematics, NativeKinematics, Robot, Scene, load_robot
+from humanoid_rail import DirectionTask, Gains, Kinematics, NativeKinematics, PointTask, Robot, Scene, load_robot
 from humanoid_rail.io.trajectory_files import read_trajectory, write_trajectory
 from humanoid_rail.kinematics.task import LEVER, orientation_lever
 from humanoid_rail.model.scale import manipulability_gain, relative_reach
 from humanoid_rail.resolution.native_velocity import projected_velocity
-from humanoid_rail.resolution.velocity import SINGULAR_VALUE, gradient_projection, singular_value
+from humanoid_rail.resolution.velocity import SINGULAR_VALUE, gradient_projection, pseudoinverse, singular_value
 
 
 def test_for_the_papers_robot_nothing_changes(robot: Robot) -> None:
@@ -62,6 +63,34 @@ def test_manipulability_moves_robots_of_all_sizes_alike(robot: Robot, rng: np.ra
         native = projected_velocity(NativeKinematics(other), targets, Gains())(q)
         python = gradient_projection(Kinematics(other).state(q), targets, Gains())
         np.testing.assert_allclose(native, python, rtol=1e-6, atol=1e-6 * abs(python).max())
+
+
+@pytest.mark.parametrize("scale", [0.125, 0.5, 4.0])
+@pytest.mark.parametrize("bend", [0.0, 0.02, 0.1, 1.0])
+def test_stretched_arms_of_all_sizes_move_alike(rng: np.random.Generator, scale: float, bend: float) -> None:
+    """Without a rail J and errors scale as the arm does, so velocities are the same; next to a singularity as well."""
+    arm = load_robot(long_arm(), hands={"hand": {"frame": "l5"}})
+    other = smaller(arm, scale)
+    q = bend * rng.uniform(0.5, 1.0, arm.n)
+    state = Kinematics(arm).state(q)
+    smallest = np.linalg.svd(state.jacobian, compute_uv=False)[-1]
+    assert (smallest < singular_value(arm)) == (bend < 1.0)  # damped, or not
+    step = np.array([0.3, 0.1, -0.05])
+    near, far = (
+        (PointTask("hand", Kinematics(r).state(q).hands[0] + k * step),) for r, k in ((arm, 1.0), (other, scale))
+    )
+    expected = gradient_projection(state, near, Gains())
+    python = gradient_projection(Kinematics(other).state(q), far, Gains())
+    native = projected_velocity(NativeKinematics(other), far, Gains())(q)
+    np.testing.assert_allclose(python, expected, rtol=1e-6, atol=1e-8 * abs(expected).max())
+    np.testing.assert_allclose(native, expected, rtol=1e-6, atol=1e-6 * abs(expected).max())
+    if 0.0 < bend < 1.0:  # with the threshold of another size they would not
+        error = scale * step
+        assert not np.allclose(
+            pseudoinverse(scale * state.jacobian, singular_value(arm)) @ error,
+            pseudoinverse(state.jacobian, singular_value(arm)) @ step,
+            rtol=1e-2,
+        )
 
 
 def test_the_summary_says_what_was_used(tmp_path: Path, free: Scene) -> None:

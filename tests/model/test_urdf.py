@@ -10,7 +10,7 @@ import pinocchio as pin
 import pytest
 from conftest import ROOT
 from scipy.spatial.transform import Rotation
-from test_robot import ARM, LIMIT, TIP
+from test_robot_from_urdf import ARM, LIMIT, TIP
 
 from humanoid_rail import Hand, InvalidInput, Motion, Robot, Scene, Sphere, build_urdf, robot_from_urdf, verify
 from humanoid_rail.model.humanoid import paper_robot

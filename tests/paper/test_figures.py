@@ -1,10 +1,11 @@
-"""The figure of a motion, of the paper's robot and of others."""
+"""The figure of a motion, of the paper's robot and of others: nothing is cut off, and signs are explained."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 from conftest import package_robot, plan
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from humanoid_rail import Box, Kinematics, Robot, Scene, plan_case
 from humanoid_rail.paper.figures import _faces, motion_figure
@@ -51,3 +52,22 @@ def test_faces_of_a_box_are_those_of_coals(rpy: tuple[float, float, float]) -> N
     one, two, three = faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 1], faces[:, 3] - faces[:, 0]
     np.testing.assert_allclose(two, three, atol=1e-12)
     assert np.linalg.norm(np.cross(one, two), axis=1).sum() == pytest.approx(2 * (0.08 + 0.12 + 0.24))
+
+
+@pytest.mark.parametrize("case", [1, 3])
+def test_labels_are_inside_the_picture_and_the_legend_names_every_sign(robot: Robot, scene: Scene, case: int) -> None:
+    figure = motion_figure(robot, scene, plan_case(robot, case, dt=0.05), "a case")
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    whole, (axes,) = figure.bbox, figure.axes
+    for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
+        box = axis.label.get_window_extent(canvas.get_renderer())
+        assert box.width > 0
+        assert whole.x0 <= box.x0 < box.x1 <= whole.x1
+        assert whole.y0 <= box.y0 < box.y1 <= whole.y1
+    (legend,) = figure.legends
+    said = [text.get_text() for text in legend.get_texts()]
+    signs = ["start", "end", "between", "way of a hand", "target", "obstacle"]
+    assert said == ["left arm", "right arm", *signs]
+    drawn = {line.get_linestyle() for line in axes.lines}
+    assert {line.get_linestyle() for line in legend.get_lines()[:4]} <= drawn

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import plan, points, random_q, some_obstacles
+from conftest import central_difference, plan, points, random_q, some_obstacles
 from hulls import hulled
 
-from humanoid_rail import Gains, NativeKinematics, Robot, Safety, Scene
+from humanoid_rail import Gains, NativeKinematics, Robot, Safety, Scene, load_robot
 from humanoid_rail.collision.edge_checker import EdgeChecker
 from humanoid_rail.kinematics import kinematics
 from humanoid_rail.kinematics.inverse_kinematics import InverseKinematics
@@ -30,6 +30,34 @@ def clear_q(robot: Robot, rng: np.random.Generator, least: float) -> np.ndarray:
         q = random_q(robot, rng)
         if reference.measure(q).self_clearance.min() > least:
             return q
+
+
+@pytest.mark.parametrize("radius", [0.05, 0.35])
+def test_gradients_of_hulls_are_central_differences(Kinematics: type, rng: np.random.Generator, radius: float) -> None:
+    """Every column of links and of obstacles, on both sides of contact: thick links touch where thin ones do not."""
+    thick = hulled(load_robot(link_radius=radius))
+    obstacles = some_obstacles(rng, 6)
+    at = Kinematics(thick, obstacles)
+
+    def distances(x: np.ndarray) -> np.ndarray:
+        measured = at.measure(x)
+        return np.concatenate([measured.self_clearance, measured.clearance.ravel()])
+
+    pairs, seen = len(thick.self_collision_pairs), {"links": [0, 0], "obstacles": [0, 0]}
+    for _ in range(10):
+        q = random_q(thick, rng)
+        state = at.state(q)
+        gradient = np.vstack([state.links.gradient, state.pieces.gradient.reshape(-1, thick.n)])
+        distance = np.concatenate([state.links.distance, state.pieces.distance.ravel()])
+        numeric, again = central_difference(distances, q), central_difference(distances, q, 1e-5)
+        for i, apart in enumerate(distance):
+            # Where the nearest feature changes, or which way is the shortest out, no gradient can be compared.
+            if abs(numeric[i] - again[i]).max() > 1e-6 or not -0.2 < apart < 1.0:
+                continue
+            np.testing.assert_allclose(gradient[i], numeric[i], atol=1e-6)
+            seen["links" if i < pairs else "obstacles"][int(apart < 0.0)] += 1
+    assert min(seen["links"][0], seen["obstacles"][0]) > 50
+    assert radius < 0.1 or min(seen["links"][1], seen["obstacles"][1]) > 5, seen
 
 
 @pytest.mark.parametrize("least", [0.012, 0.001])

@@ -146,8 +146,8 @@ def test_a_floor_that_the_links_touch(method: str, length: float) -> None:
 @pytest.mark.parametrize("obstacles", [(), (Sphere(center=(-1.0, 2.0, 3.0), radius=0.25),)])
 def test_links_that_are_too_thick(obstacles: tuple[Any, ...]) -> None:
     scene = Scene(name="x", targets=AHEAD, obstacles=obstacles)
-    error = refused(plan, load_robot(link_radius=50.0), scene)
-    assert (error.field, error.value) == ("link_radius", 50.0)
+    error = refused(plan, load_robot(link_radius=5.0), scene)
+    assert (error.field, error.value) == ("link_radius", 5.0)
     most = float(error.valid.split()[2])
     assert 0.05 < most < 1.0
     free = scene.model_copy(update={"obstacles": ()})

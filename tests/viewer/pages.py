@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import gzip
+import json
 import re
 from io import BytesIO
 from typing import Any
@@ -41,7 +42,7 @@ def drawn(page: Any, group: str) -> list[list[tuple[np.ndarray, np.ndarray]]]:
         """group => {
             viewer.scene.updateMatrixWorld(true);
             const world = viewer.scene_tree.find(["meshcat", "world"]).object;
-            return world.getObjectByName(group).children.map(mesh => {
+            return world.getObjectByName(group).children.filter(mesh => mesh.userData.owners).map(mesh => {
                 mesh.geometry.computeBoundingBox();
                 return [...Array(mesh.count).keys()].map(i => {
                     const at = world.matrixWorld.clone(), own = at.clone();
@@ -57,21 +58,23 @@ def drawn(page: Any, group: str) -> list[list[tuple[np.ndarray, np.ndarray]]]:
     return [[(np.array(low), np.array(high)) for low, high in boxes] for boxes in objects]
 
 
-def tracks(page: str, path: str) -> dict[str, np.ndarray]:
-    """Return the values (F, k) of each animated property of a node at every frame."""
-    (animation,) = [command for command in commands(page) if command["type"] == "set_animation"]
-    clips = [entry["clip"] for entry in animation["animations"] if entry["path"] == f"/meshcat/world/{path}"]
-    result = {}
-    for track in clips[0]["tracks"] if clips else ():
-        frames, values = [key["time"] for key in track["keys"]], np.array([key["value"] for key in track["keys"]])
-        every = np.arange(frames[-1] + 1)
-        result[track["name"]] = np.stack([np.interp(every, frames, column) for column in values.T], axis=-1)
-    return result
+def page_data(page: str) -> dict[str, Any]:
+    """Return what the scripts of a page know."""
+    (text,) = re.findall(r'<script type="application/json" id="page-data">(.*?)</script>', page)
+    return json.loads(text)
+
+
+def unpacked(packed: str, width: int | None = None) -> np.ndarray:
+    """Return numbers that a page has in base64, in rows of a width if one is given."""
+    values = np.frombuffer(base64.b64decode(packed), "<f4").astype(float)
+    return values if width is None else values.reshape(-1, width)
 
 
 def trace(page: str, hand: str) -> tuple[np.ndarray, np.ndarray]:
     """Return the beads of a trace: where they are (B, 3), m, and their colours (B, 3) from 0 to 255."""
-    (command,) = [c for c in commands(page) if c["type"] == "set_object" and c["path"].endswith(f"traces/{hand}")]
+    (command,) = [
+        c for c in commands(page) if c["type"] == "set_object" and c["path"].endswith(f"motion0/traces/{hand}")
+    ]
     attributes = command["object"]["geometries"][0]["data"]["attributes"]
     return tuple(
         np.frombuffer(attributes[name]["array"].data, np.float32).reshape(-1, 3) * factor

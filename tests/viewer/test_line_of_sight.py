@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from humanoid_rail import Kinematics, Robot
-from humanoid_rail.viewer.line_of_sight import crossed, hidden_share
+from humanoid_rail.viewer.line_of_sight import NEAR_HAND, crossed, hidden_hands
 from humanoid_rail.viewer.sizes import robot_points
 
 
@@ -26,16 +26,16 @@ def test_lines_of_sight_cross_the_boxes_that_hold_a_point_of_theirs(rng: np.rand
     np.testing.assert_array_equal(axis, [[True, False]])
 
 
-def test_a_board_before_the_hands_hides_them(robot: Robot) -> None:
-    hands = Kinematics(robot).hand_positions(robot.initial)
-    ahead = np.array([4.0, 0.0, 0.3])
-    board = np.array([hands.min(axis=0) - 0.3, hands.max(axis=0) + 0.3]) + ahead / 2
-    board[:, 0] = board[:, 0].mean() + np.array([-0.01, 0.01])
-    middle = hands.mean(axis=0)
-    q, none = robot.initial, np.zeros((0, 2, 3))
-    assert hidden_share(robot, q, board[None], middle + ahead) >= 1.0 + hidden_share(robot, q, none, middle + ahead)
-    behind = middle - ahead
-    assert hidden_share(robot, q, board[None], behind) == hidden_share(robot, q, none, behind)
+def test_a_robot_hides_a_hand_from_behind_itself_and_not_from_beyond_the_hand(robot: Robot) -> None:
+    boxes = robot_points(robot, (), robot.initial).reshape(-1, 8, 3)
+    for name in robot.hand_names:
+        one = robot.with_hands([name])
+        (hand,) = Kinematics(one).hand_positions(robot.initial)
+        body = boxes[0].mean(axis=0)
+        away = (hand - body) / np.linalg.norm(hand - body)
+        assert np.linalg.norm(hand - body) > NEAR_HAND
+        shares = hidden_hands(one, robot.initial, np.array([body - 3.0 * away, hand + 5.0 * away]))
+        assert shares.tolist() == [1.0, 0.0]
 
 
 def test_points_are_around_the_whole_robot(robot: Robot, rng: np.random.Generator) -> None:

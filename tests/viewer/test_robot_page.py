@@ -78,7 +78,11 @@ def test_placements_and_distances_are_those_of_pinocchio_and_coal(name: str, tmp
     with shown(robot, tmp_path) as page:
         for q in np.random.default_rng(3).uniform(robot.lower, robot.upper, (12, robot.n)):
             pin.forwardKinematics(robot.model, data, robot.full_configuration(q))
-            at = np.array(page.evaluate("q => placements(q)", q.tolist())).reshape(-1, 4, 4).transpose(0, 2, 1)
+            at = (
+                np.array(page.evaluate("q => placements(robot.joints, q)", q.tolist()))
+                .reshape(-1, 4, 4)
+                .transpose(0, 2, 1)
+            )
             np.testing.assert_allclose(at, [placement.homogeneous for placement in data.oMi], atol=1e-12)
             placed = [coal_placement(data.oMi[body.parentJoint] * body.placement) for body in bodies]
             there = np.array(page.evaluate("([q, pairs]) => distances(q, pairs)", [q.tolist(), pairs]), float)
@@ -152,5 +156,5 @@ def test_the_page_knows_limits_postures_and_what_is_not_checked(robot: Robot) ->
     assert {data["reasons"][number] for *_, number in data["unchecked"]} <= {str(p) for p in named.unchecked_pairs}
     page = robot_html(named)
     assert "&lt;up&gt;" in page
-    (known,) = re.findall(r'id="robot-data">(.*?)</script>', page)
+    (known,) = re.findall(r'id="page-data">(.*?)</script>', page)
     assert json.loads(known) == data

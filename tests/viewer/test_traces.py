@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 from conftest import plan
-from pages import rgb, trace, tracks
+from pages import page_data, rgb, trace
 
 from humanoid_rail import Kinematics, Robot, Scene, plan_case
 from humanoid_rail.viewer.colours import CLEARANCE_SCALE as SCALE
@@ -49,8 +49,7 @@ def test_without_obstacles_traces_show_the_clearance_of_links(robot: Robot, scen
     trajectory = plan(robot, empty)
     page = playback_html(robot, empty, trajectory)
     assert "clearance from other links" in page
-    assert tracks(page, "closest/links/one")
-    assert not tracks(page, "closest/obstacles/one")
+    assert [*page_data(page)["motions"][0]["closest"]] == ["links"]
     links = Kinematics(robot).measure(trajectory.q[0]).self_clearance.min()
     share = (links - SCALE[2][0]) / (SCALE[3][0] - SCALE[2][0])
     assert 0 < share < 1
@@ -59,8 +58,8 @@ def test_without_obstacles_traces_show_the_clearance_of_links(robot: Robot, scen
 
     bare = replace(robot, self_collision_pairs=())
     page = playback_html(bare, empty, plan(bare, empty))
-    assert "closest" not in page.split("</script>")[-1]
-    assert "clearance" not in page
+    assert page_data(page)["motions"][0]["closest"] == {}
+    assert page_data(page)["motions"][0]["clearance"] is None
     left, right = (trace(page, hand)[1] for hand in ("left", "right"))
     assert len(np.unique(left, axis=0)) == len(np.unique(right, axis=0)) == 1
     assert abs(left[0] - right[0]).max() > 50

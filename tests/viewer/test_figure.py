@@ -5,16 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import pinocchio as pin
 import pytest
 from conftest import plan
-from pages import drawn, needs_browser, tracks
+from pages import drawn, needs_browser
 from screenshot import opened, seek
 
-from humanoid_rail import Kinematics, Robot, Scene, Sphere, Trajectory
+from humanoid_rail import Robot, Scene, Sphere, Trajectory
 from humanoid_rail.viewer.closest_pairs import closest_pairs
-from humanoid_rail.viewer.frames import FRAMES_PER_SECOND, HOLD
-from humanoid_rail.viewer.playback import playback_html
+from humanoid_rail.viewer.playback import motions_html, playback_html
 
 
 @pytest.fixture(scope="module")
@@ -28,31 +26,6 @@ def moving(robot: Robot, scene: Scene) -> tuple[Scene, Trajectory]:
     return scene, plan(robot, scene, "qp")
 
 
-def test_the_animation_moves_obstacles_and_connections(robot: Robot, moving: tuple[Scene, Trajectory]) -> None:
-    scene, trajectory = moving
-    page = playback_html(robot, scene, trajectory)
-    (positions,) = (moved := tracks(page, "obstacles")).values()
-    times = np.minimum(np.arange(len(positions)) / FRAMES_PER_SECOND, trajectory.duration)
-    assert len(positions) / FRAMES_PER_SECOND > trajectory.duration + HOLD
-    np.testing.assert_allclose(positions, np.outer(times, scene.obstacles[0].velocity), atol=1e-9)
-    assert [*moved] == ["together0.position"], "the other one is at rest"
-
-    kinematics = Kinematics(robot, scene.obstacles)
-    for kind in ("obstacles", "links"):
-        one, two = (tracks(page, f"closest/{kind}/{end}")[".position"] for end in ("one", "two"))
-        line = tracks(page, f"closest/{kind}/line")
-        assert len(one) == len(two) == len(positions)
-        for frame in range(0, len(times), 10):
-            measured = kinematics.measure(trajectory.configuration(times[frame]), t=times[frame])
-            least = (measured.clearance if kind == "obstacles" else measured.self_clearance).min()
-            difference = two[frame] - one[frame]
-            assert np.linalg.norm(difference) == pytest.approx(least, abs=2e-5)
-            x, y, z, w = line[".quaternion"][frame]
-            ends = pin.Quaternion(w, x, y, z) * (line[".scale"][frame] * [0.0, 1.0, 0.0])
-            np.testing.assert_allclose(ends, difference, atol=1e-6)
-            np.testing.assert_allclose(line[".position"][frame], (one[frame] + two[frame]) / 2, atol=1e-9)
-
-
 @needs_browser
 def test_the_browser_moves_obstacles_and_connections(
     robot: Robot, moving: tuple[Scene, Trajectory], tmp_path: Path
@@ -60,7 +33,8 @@ def test_the_browser_moves_obstacles_and_connections(
     scene, trajectory = moving
     (tmp_path / "page.html").write_text(playback_html(robot, scene, trajectory), encoding="utf-8")
     with opened(tmp_path / "page.html") as (page, troubles):
-        for t in (1.0, 3.0, trajectory.duration + 1.0):
+        page.keyboard.press("o")  # nothing fades
+        for t in (1.0, 3.0, trajectory.duration):
             seek(page, t)
             (((low, high),),) = drawn(page, "together0")
             top, bottom, one, two = np.array(
@@ -73,7 +47,7 @@ def test_the_browser_moves_obstacles_and_connections(
                             const point = find([]).position.clone().set(0, y, 0);
                             return point.applyMatrix4(find(path).matrixWorld).applyMatrix4(to_world).toArray();
                         };
-                        const part = name => ["closest", "obstacles", name, "2", "<object>"];
+                        const part = name => ["motion0", "closest", "obstacles", name, "2", "<object>"];
                         return [
                             place(part("line"), 0.5), place(part("line"), -0.5),
                             place(part("one"), 0), place(part("two"), 0),
@@ -81,19 +55,50 @@ def test_the_browser_moves_obstacles_and_connections(
                     }"""
                 )
             )
-            time = min(t, trajectory.duration)
-            centre = np.array(scene.obstacles[0].center) + time * np.array(scene.obstacles[0].velocity)
+            centre = np.array(scene.obstacles[0].center) + t * np.array(scene.obstacles[0].velocity)
             np.testing.assert_allclose((low + high) / 2, centre, atol=2e-3)
-            (closest,) = closest_pairs(robot, scene, trajectory, [time]).obstacles
+            (closest,) = closest_pairs(robot, scene, trajectory, [t]).obstacles
             assert closest.other == "obstacles[0] (sphere)"
             np.testing.assert_allclose([one, two], closest.points, atol=5e-3)
             np.testing.assert_allclose([bottom, top], [one, two], atol=1e-3)
             seen = page.evaluate(
                 """() => {
-                    const path = ["meshcat", "world", "closest", "obstacles", "one", "2", "<object>"];
+                    const path = ["meshcat", "world", "motion0", "closest", "obstacles", "one", "2", "<object>"];
                     const bead = viewer.scene_tree.find(path).object;
                     return [bead.renderOrder, bead.material.depthTest];
                 }"""
             )
             assert seen == [2, False]
+        assert not troubles
+
+
+@needs_browser
+def test_two_motions_are_in_one_page(
+    robot: Robot, moving: tuple[Scene, Trajectory], scene: Scene, tmp_path: Path
+) -> None:
+    other = plan(robot, scene)
+    page_file = tmp_path / "page.html"
+    page_file.write_text(motions_html(robot, [("one", *moving), ("two", scene, other)]), encoding="utf-8")
+    with opened(page_file) as (page, troubles):
+        assert page.evaluate("playback.clock.duration") == max(moving[1].duration, other.duration)
+        assert page.locator("h1").all_inner_texts() == ["one", "two"]
+        assert "among other obstacles" in page.locator("#caption section").nth(1).inner_text()
+        t = 1.0
+        seek(page, t)
+        for number, trajectory in enumerate((moving[1], other)):
+            q = page.evaluate("([number, t]) => playback.figures[number].configuration(t)", [number, t])
+            np.testing.assert_allclose(q, trajectory.configuration(t), atol=1e-4)
+            read = page.evaluate("([number, t]) => playback.plots.read('manipulability', t)[number]", [number, t])
+            expected = np.interp(t, trajectory.t, trajectory.manipulability)
+            assert read["values"][0] == pytest.approx(expected, rel=0.02)
+        through = page.evaluate(
+            """() => playback.figures.map(figure => {
+                const found = new Set();
+                figure.find("robot").traverse(node => { if (node.material) found.add(node.material.opacity < 1); });
+                return [...found];
+            })"""
+        )
+        assert through[1] == [True]
+        assert False in through[0]
+        assert len(page.locator("#plot-manipulability .value b").all()) == 2
         assert not troubles

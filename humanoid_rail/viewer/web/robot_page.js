@@ -1,44 +1,13 @@
 // The page of a robot: sliders for its joints, where its links are, and which of its bodies touch.
 "use strict";
 
-const robot = JSON.parse(document.getElementById("robot-data").textContent);
+const robot = JSON.parse(document.getElementById("page-data").textContent);
 const COLOURS = { free: [0x4c8dd6, 0.3], near: [0xf07f1b, 0.6], touching: [0xd7191c, 0.8] };
 let q = [...robot.initial];
 
-// Return the product of two placements, matrices (4, 4) by columns.
-function times(a, b) {
-  const c = new Array(16).fill(0);
-  for (let i = 0; i < 4; i++)
-    for (let j = 0; j < 4; j++) for (let k = 0; k < 4; k++) c[4 * j + i] += a[4 * k + i] * b[4 * j + k];
-  return c;
-}
-
-// Return the motion of a joint by `at` m along, or rad about, its axis.
-function motion(joint, at) {
-  const [x, y, z] = joint.axis;
-  if (joint.kind === "prismatic") return [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, x * at, y * at, z * at, 1];
-  const s = Math.sin(at), c = Math.cos(at), d = 1 - c;
-  return [
-    c + d * x * x, d * x * y + s * z, d * x * z - s * y, 0,
-    d * x * y - s * z, c + d * y * y, d * y * z + s * x, 0,
-    d * x * z + s * y, d * y * z - s * x, c + d * z * z, 0,
-    0, 0, 0, 1,
-  ];
-}
-
-// Return where all joints are in a configuration, followers with their leaders.
-function placements(q) {
-  const found = [[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]];
-  for (const joint of robot.joints) {
-    const at = joint.follows.reduce((sum, [i, factor]) => sum + factor * q[i], joint.offset);
-    found.push(times(times(found[joint.parent], joint.placement), motion(joint, at)));
-  }
-  return found;
-}
-
 // Return the bodies where they are.
 function placedBodies(q) {
-  const at = placements(q);
+  const at = placements(robot.joints, q);
   return robot.bodies.map(body => {
     const m = at[body.joint];
     const turned = p => [0, 1, 2].map(i => m[i] * p[0] + m[4 + i] * p[1] + m[8 + i] * p[2]);
@@ -97,7 +66,7 @@ function showContacts() {
 }
 
 function show() {
-  placements(q).forEach((at, i) => {
+  placements(robot.joints, q).forEach((at, i) => {
     for (const tree of ["robot", "bodies"]) {
       const node = inScene(tree, robot.names[i]);
       node.matrix.fromArray(at).decompose(node.position, node.quaternion, node.scale);

@@ -1,0 +1,67 @@
+// The timeline: play, pause, step, speed, and a track to scrub along, with marks where targets are reached.
+"use strict";
+
+const FRAME = 1 / 30; // s
+
+function makeTimeline(page, clock) {
+  const find = id => document.getElementById(id), scrubber = find("scrubber"), track = find("track");
+  const arrivals = page.motions[0].arrivals;
+
+  for (const [i, t] of arrivals.entries()) {
+    const mark = Object.assign(document.createElement("i"), {
+      className: "mark-at", title: `target ${i + 1} of ${page.steps}, reached at ${t.toFixed(2)} s`,
+    });
+    mark.style.left = `${100 * t / (clock.duration || 1)}%`;
+    mark.textContent = page.steps > 1 ? i + 1 : "";
+    track.append(mark);
+  }
+
+  // Return the segment at a time: 1 on the way to the first target.
+  const segment = t => Math.min(arrivals.filter(arrival => arrival < t - 1e-9).length + 1, page.steps);
+
+  function say() {
+    const { t, duration } = clock;
+    scrubber.style.setProperty("--at", t / (duration || 1));
+    scrubber.setAttribute("aria-valuemax", duration);
+    scrubber.setAttribute("aria-valuenow", t.toFixed(3));
+    const part = page.steps > 1 ? `target ${segment(t)} of ${page.steps}` : "";
+    find("time").replaceChildren(
+      Object.assign(document.createElement("b"), { textContent: t.toFixed(2) }),
+      ` / ${duration.toFixed(2)} s`,
+      Object.assign(document.createElement("span"), { textContent: part }),
+    );
+    find("play").classList.toggle("playing", clock.playing);
+    find("speed").textContent = `${clock.speed}\u00d7`;
+  }
+
+  function scrub(event) {
+    const box = track.getBoundingClientRect();
+    clock.seek((event.clientX - box.left) / box.width * clock.duration);
+  }
+  scrubber.addEventListener("pointerdown", event => {
+    scrubber.setPointerCapture(event.pointerId);
+    clock.pause();
+    scrub(event);
+  });
+  scrubber.addEventListener("pointermove", event => {
+    if (event.buttons) scrub(event);
+  });
+  find("play").addEventListener("click", clock.toggle);
+  find("back").addEventListener("click", () => clock.step(-FRAME));
+  find("forward").addEventListener("click", () => clock.step(FRAME));
+  find("speed").addEventListener("click", () =>
+    clock.setSpeed(SPEEDS[(SPEEDS.indexOf(clock.speed) + 1) % SPEEDS.length]));
+  clock.onChange(say);
+  say();
+
+  return {
+    segment,
+    // Go to the next or the previous mark.
+    jump(by) {
+      const marks = [0, ...arrivals, clock.duration], t = clock.t;
+      const to = by > 0 ? marks.find(mark => mark > t + 1e-3) : marks.filter(mark => mark < t - 1e-3).pop();
+      clock.pause();
+      if (to !== undefined) clock.seek(to);
+    },
+  };
+}

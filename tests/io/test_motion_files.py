@@ -1,0 +1,166 @@
+"""Motions of other tools in files: joints by name and in any order, units and followers checked, nothing lost."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.interpolate import BPoly, CubicHermiteSpline
+
+from humanoid_rail import InvalidInput, Robot, Scene, Trajectory, export, retime, verify
+from humanoid_rail.cli import commands
+from humanoid_rail.cli.console import run
+from humanoid_rail.io.motion_files import departure, limits_exceeded, read_motion
+
+
+@pytest.fixture(scope="module")
+def motion(robot: Robot, free: Scene, planned: Trajectory) -> Trajectory:
+    return retime(planned, robot, free)
+
+
+@pytest.fixture
+def rows(motion: Trajectory) -> tuple[list[str], np.ndarray]:
+    return ["t", *motion.joint_names], np.column_stack([motion.t, motion.q])
+
+
+def write_csv(path: Path, header: list[str], rows: np.ndarray) -> Path:
+    with path.open("w", newline="") as file:
+        csv.writer(file).writerows([header, *rows.tolist()])
+    return path
+
+
+@pytest.mark.parametrize("format", ["csv", "npz", "ros-json", "ros-yaml"])
+def test_what_is_exported_is_verified_as_the_same_motion(
+    format: str, motion: Trajectory, robot: Robot, free: Scene, tmp_path: Path
+) -> None:
+    path = tmp_path / f"motion.{format.removeprefix('ros-')}"
+    export(motion, robot, free, format, path, **({"passive": True} if "ros" in format else {}))
+    again = read_motion(path, robot)
+    np.testing.assert_allclose(again.t, motion.t, atol=1e-9)
+    np.testing.assert_array_equal(again.q, motion.q)
+    np.testing.assert_array_equal(again.timing.velocity, motion.timing.velocity)
+    np.testing.assert_array_equal(again.acceleration, motion.timing.acceleration)
+    assert verify(robot, free, again).clearance_bound == pytest.approx(motion.clearance_bound, abs=1.1e-3)
+    assert limits_exceeded(robot, again) == ()
+    # Times in whole nanoseconds are not those of the spline to the last bit.
+    assert departure(again) < 1e-8
+    assert read_motion(path, robot, linear=True).timing is None
+
+
+def test_columns_may_stand_in_any_order(rows: tuple[list[str], np.ndarray], robot: Robot, tmp_path: Path) -> None:
+    header, table = rows
+    order = np.random.default_rng(1).permutation(len(header))
+    path = write_csv(tmp_path / "m.csv", [header[i] for i in order], table[:, order])
+    found = read_motion(path, robot)
+    np.testing.assert_array_equal(found.q, table[:, 1:])
+    assert found.timing is None
+
+
+def test_followers_have_to_follow(motion: Trajectory, robot: Robot, free: Scene, tmp_path: Path) -> None:
+    path = tmp_path / "m.json"
+    export(motion, robot, free, "ros-json", path, passive=True)
+    message = json.loads(path.read_text())
+    column = message["joint_names"].index("chest_level_waist")
+    message["points"][3]["positions"][column] += 0.01
+    path.write_text(json.dumps({"trajectory": message}))
+    with pytest.raises(InvalidInput, match=r"chest_level_waist.*row 3: it follows other joints"):
+        read_motion(path, robot)
+
+
+def _renamed(header: list[str], table: np.ndarray) -> tuple[list[str], np.ndarray]:
+    return ["t", "rial", *header[2:]], table
+
+
+def _without(header: list[str], table: np.ndarray) -> tuple[list[str], np.ndarray]:
+    return header[:-1], table[:, :-1]
+
+
+def _degrees(header: list[str], table: np.ndarray) -> tuple[list[str], np.ndarray]:
+    return header, np.column_stack([table[:, :2], np.degrees(table[:, 2:])])
+
+
+def _millimetres(header: list[str], table: np.ndarray) -> tuple[list[str], np.ndarray]:
+    return header, np.column_stack([table[:, 0], 1000 * table[:, 1] + 500, table[:, 2:]])
+
+
+def _untimed(header: list[str], table: np.ndarray) -> tuple[list[str], np.ndarray]:
+    return header[1:], table[:, 1:]
+
+
+def _nan(header: list[str], table: np.ndarray) -> tuple[list[str], np.ndarray]:
+    return header, np.where(np.arange(table.size).reshape(table.shape) == 5, np.nan, table)
+
+
+def _extra(header: list[str], table: np.ndarray) -> tuple[list[str], np.ndarray]:
+    return [*header, "gripper"], np.column_stack([table, table[:, 0]])
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (_renamed, "rial.*did you mean rail"),
+        (_without, "right_elbow_pitch is missing"),
+        (_degrees, "look like degrees"),
+        (_millimetres, "look like millimetres"),
+        (_untimed, "motion.t is missing"),
+        (_nan, "finite numbers"),
+        (_extra, "gripper.*joints of humanoid_rail"),
+    ],
+)
+def test_what_does_not_fit_is_said(
+    change: Callable[..., tuple[list[str], np.ndarray]],
+    said: str,
+    rows: tuple[list[str], np.ndarray],
+    robot: Robot,
+    tmp_path: Path,
+) -> None:
+    path = write_csv(tmp_path / "m.csv", *change(*rows))
+    with pytest.raises(InvalidInput, match=said) as raised:
+        read_motion(path, robot)
+    assert raised.value.source == str(path)
+
+
+def test_a_controller_that_uses_accelerations_departs_as_far_as_is_said(
+    motion: Trajectory, robot: Robot, free: Scene, tmp_path: Path
+) -> None:
+    """Against the polynomials of degree five themselves."""
+    path = tmp_path / "m.npz"
+    rng = np.random.default_rng(2)
+    t, q, v = motion.t[::20], motion.q[::20], motion.timing.velocity[::20]
+    a = motion.timing.acceleration[::20] + rng.normal(0.0, 1.0, q.shape)
+    np.savez(path, time=t, positions=q, velocities=v, accelerations=a)
+    found = read_motion(path, robot)
+    quintic = BPoly.from_derivatives(t, np.stack([q, v, a], axis=1))
+    fine = np.linspace(t[0], t[-1], 40 * len(t))
+    off = abs(quintic(fine) - CubicHermiteSpline(t, q, v)(fine)).max()
+    assert 0.5 * departure(found) < off <= departure(found)
+
+
+def test_the_command_verifies_a_file(
+    motion: Trajectory, robot: Robot, free: Scene, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    path, scene = tmp_path / "m.yaml", tmp_path / "scene.json"
+    export(motion, robot, free, "ros-yaml", path)
+    scene.write_text(free.model_dump_json(exclude_none=True))
+    for more, code in (([], 0), (["--linear"], 0)):
+        with pytest.raises(SystemExit) as ended:
+            run(commands, ["verify", str(path), "--scene", str(scene), *more])
+        assert ended.value.code == code
+    blocked = free.model_dump(mode="json", exclude_none=True)
+    center = motion.hands[len(motion.t) // 2, 0].tolist()
+    blocked["obstacles"] = [{"type": "sphere", "center": center, "radius": 0.2}]
+    scene.write_text(json.dumps(blocked))
+    with pytest.raises(SystemExit) as ended:
+        run(commands, ["verify", str(path), "--scene", str(scene)])
+    assert ended.value.code == 1
+    out, _ = capfd.readouterr()
+    assert "the cubic through positions and velocities" in out
+    assert "left_forearm touches obstacles[0]" in " ".join(out.split())
+    with pytest.raises(SystemExit) as ended:
+        run(commands, ["verify", str(path)])
+    assert ended.value.code == 2
+    assert "by --scene" in capfd.readouterr().err
