@@ -250,6 +250,18 @@ class MotionBound:
 
     def displacements(self, change: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], slide: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], origin: int) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]]: ...
 
+class LinkBoxes:
+    """
+    Bounds of pairs of links that take long to measure, from boxes around them.
+    """
+
+    def __init__(self, robot: Robot) -> None: ...
+
+    def bounds(self, q: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], velocity: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]) -> list[tuple[int, float, float]]:
+        """
+        Of each pair its number, a lower bound of its distance, m, and an upper one of its approach, m/s.
+        """
+
 def closest_pairs(robot: Robot, obstacles: Obstacles, t: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], q: Annotated[NDArray[numpy.float64], dict(shape=(None, None), writable=False)]) -> tuple[list[tuple[int, int, float, Annotated[NDArray[numpy.float64], dict(shape=(2, 3), order='C')]]], list[tuple[int, int, float, Annotated[NDArray[numpy.float64], dict(shape=(2, 3), order='C')]]]]:
     """The closest link and obstacle, and the closest links, at each moment."""
 
@@ -333,6 +345,25 @@ class SafeVelocity:
     def integrate(self, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], tasks: TaskStack, gains: Gains, settings: Settings) -> Integration: ...
 
     def rollout(self, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], tasks: TaskStack, gains: Gains, safety: Safety, settings: Settings) -> tuple[Integration, Contact | None]: ...
+
+class Step(enum.Enum):
+    """What is known of a step of a rollout."""
+
+    SAFE = 0
+
+    FREE = 1
+
+    BLOCKED = 2
+
+class StepJudge:
+    """Whether steps without obstacles are safe."""
+
+    def __init__(self, robot: Robot, safety_distance: float) -> None: ...
+
+    def judge(self, a: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], b: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], horizon: float) -> Step:
+        """
+        Of the step from a to b; pairs farther apart than the horizon are not looked at.
+        """
 
 class FollowerStatus(enum.Enum):
     """What a robot does in a cycle."""

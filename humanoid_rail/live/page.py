@@ -10,6 +10,7 @@ import pinocchio as pin
 import viser
 
 from humanoid_rail._arrays import Array
+from humanoid_rail.kinematics.kinematics import Kinematics
 from humanoid_rail.live.session import Mode, Session, Shown
 from humanoid_rail.live.triangles import Triangles, obstacle_triangles, triangles
 from humanoid_rail.live.world import World, placed, placement, target_rotation, turned_target
@@ -18,8 +19,8 @@ from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.methods import METHODS
 from humanoid_rail.scene.obstacles import HalfSpace
 from humanoid_rail.scene.targets import is_oriented, position
-from humanoid_rail.viewer.colours import OBSTACLE_COLOUR, PLAIN, WALL_COLOUR, hand_colour, rgb
-from humanoid_rail.viewer.sizes import scale
+from humanoid_rail.viewer.colours import OBSTACLE_COLOURS, PLAIN, WALL_COLOUR, hand_colour, rgb
+from humanoid_rail.viewer.sizes import robot_points, scale
 from humanoid_rail.viewer.visual_meshes import robot_visuals
 
 MOST_GIZMOS = 40
@@ -43,11 +44,29 @@ class Page:
         self._robot: Robot | None = None
         self._joints: dict[str, Any] = {}
         self._status = ""
+        self.targets: dict[tuple[int, str], Any] = {}
+        """The gizmo of each target, by step and hand."""
         server.scene.set_up_direction("+z")
         server.scene.configure_default_lights()
         self._draw_world(session.world)
+        self._set_camera(session.world)
         self._add_panel(session.world)
         self.show(session.tick(0.0))
+
+    def _set_camera(self, world: World) -> None:
+        """Look at hands and targets from the side on which the targets are, and draw a floor below the robot."""
+        body = robot_points(world.robot, robot_visuals(world.robot), world.q)
+        targets = np.array([position(t) for step in world.scene.steps for t in step.values() if t is not None])
+        hands = Kinematics(world.robot).hand_positions(world.q).reshape(-1, 3)
+        points = np.vstack([hands, targets])
+        low, high = points.min(axis=0), points.max(axis=0)
+        middle, size = (low + high) / 2.0, float(np.linalg.norm(high - low)) + scale(world.robot)
+        side = targets.mean(axis=0) - hands.mean(axis=0)
+        towards = np.array([side[0], side[1], 0.0]) / max(float(np.linalg.norm(side[:2])), 1e-6)
+        away = 0.8 * towards + 0.5 * np.array([-towards[1], towards[0], 0.0]) + np.array([0.0, 0.0, 0.35])
+        camera = self.server.initial_camera
+        camera.look_at, camera.position = tuple(middle.tolist()), tuple((middle + size * away).tolist())
+        self.server.scene.add_grid("/floor", 40.0, 40.0, position=(0.0, 0.0, float(body[:, 2].min())))
 
     def show(self, shown: Shown) -> None:
         """Show a moment."""
@@ -100,7 +119,7 @@ class Page:
         gizmos = 0
         for i, obstacle in enumerate(world.scene.obstacles):
             is_wall = isinstance(obstacle, HalfSpace)
-            colour = rgb(WALL_COLOUR if is_wall else OBSTACLE_COLOUR)
+            colour = rgb(WALL_COLOUR if is_wall else OBSTACLE_COLOURS[i % len(OBSTACLE_COLOURS)])
             frame = self.server.scene.add_frame(f"/obstacles/{i}", show_axes=False)
             self._mesh(f"/obstacles/{i}/body", obstacle_triangles(obstacle), colour, 0.2 if is_wall else 0.6)
             self._obstacles.append(None if is_wall else frame)
@@ -129,6 +148,7 @@ class Page:
             self.session.change(change)
 
         gizmo.on_update(moved)
+        self.targets[step, hand] = gizmo
 
     def _add_obstacle_gizmo(self, i: int, size: float) -> None:
         gizmo = self.server.scene.add_transform_controls(f"/handles/{i}", scale=0.3 * size)
@@ -147,6 +167,8 @@ class Page:
 
     def _add_panel(self, world: World) -> None:
         gui, session = self.server.gui, self.session
+        # Sharing would open the page to others by way of a server of viser's.
+        gui.configure_theme(show_share_button=False, show_logo=False)
         gui.set_panel_label("humanoid_rail")
         mode = gui.add_dropdown("mode", [str(mode) for mode in Mode], initial_value=str(Mode.PLAN))
         mode.on_update(by_user(lambda: session.set_mode(Mode(mode.value))))

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from importlib.util import find_spec
+from typing import TYPE_CHECKING, NamedTuple
 
 from humanoid_rail.errors import HumanoidRailError, checked_number
 from humanoid_rail.live.session import Session
@@ -14,14 +15,28 @@ from humanoid_rail.live.world import World
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.scene import Scene
 
+if TYPE_CHECKING:
+    from humanoid_rail.live.page import Page
+
 LOOPBACK = "127.0.0.1"
 """Only this machine reaches the page, unless another address is asked for."""
 FRAME = 1.0 / 30.0
 """The page shows another moment after this time, s."""
 
 
+class Live(NamedTuple):
+    """A live page that is served."""
+
+    session: Session
+    """What a user does, and what comes of it."""
+    page: Page
+    """What the browsers show."""
+    url: str
+    """Where it is."""
+
+
 @contextmanager
-def serving(robot: Robot, scene: Scene, *, host: str = LOOPBACK, port: int = 8080) -> Iterator[tuple[Session, str]]:
+def serving(robot: Robot, scene: Scene, *, host: str = LOOPBACK, port: int = 8080) -> Iterator[Live]:
     """Serve a live page, and end all of it afterwards.
 
     Args:
@@ -31,7 +46,7 @@ def serving(robot: Robot, scene: Scene, *, host: str = LOOPBACK, port: int = 808
         port: The port to listen at; the next free one if it is taken.
 
     Yields:
-        What the page shows, and its URL.
+        The page. What is done to its session is shown, and the other way round.
 
     Raises:
         InvalidInput: If the scene is not one for this robot.
@@ -54,7 +69,7 @@ def serving(robot: Robot, scene: Scene, *, host: str = LOOPBACK, port: int = 808
             ticker = threading.Thread(target=_tick, args=(page.show, session, ends), name="humanoid_rail live page")
             ticker.start()
             try:
-                yield session, f"http://{host}:{server.get_port()}"
+                yield Live(session, page, f"http://{host}:{server.get_port()}")
             finally:
                 ends.set()
                 ticker.join()
@@ -73,8 +88,8 @@ def serve(
     on_ready: Callable[[str], None] = lambda url: None,
 ) -> None:
     """Serve a live page until interrupted; see :func:`serving`."""
-    with suppress(KeyboardInterrupt), serving(robot, scene, host=host, port=port) as (_, url):
-        on_ready(url)
+    with suppress(KeyboardInterrupt), serving(robot, scene, host=host, port=port) as live:
+        on_ready(live.url)
         while True:
             time.sleep(0.5)
 
