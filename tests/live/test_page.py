@@ -78,14 +78,16 @@ def test_a_target_that_the_mouse_drags_ends_in_a_certified_plan(served: Live, br
     wait_until(lambda: not session.is_planning, page)
     before, hand = session.world, np.array(AHEAD["left"])
     up = np.array([0.0, 0.0, 1.0])
-    grip = on_screen(served, page, hand + 0.3 * up)
-    there = on_screen(served, page, hand + 0.7 * up)
+    page.wait_for_timeout(1000)  # until the camera is where it is told to be
+    grip = on_screen(served, page, hand + 0.2 * up)
+    there = on_screen(served, page, hand + 0.6 * up)
     page.mouse.move(*grip)
-    page.wait_for_timeout(500)  # until the browser has seen what is under the mouse
+    page.wait_for_timeout(800)  # until the browser has seen what is under the mouse
     page.mouse.down()
-    for share in np.linspace(0.0, 1.0, 11):
+    page.wait_for_timeout(200)
+    for share in np.linspace(0.0, 1.0, 8):
         page.mouse.move(*(np.add(grip, share * np.subtract(there, grip))))
-        page.wait_for_timeout(60)
+        page.wait_for_timeout(120)
     page.mouse.up()
     wait_until(lambda: session.world is not before, page)
     page.wait_for_timeout(500)
@@ -106,7 +108,7 @@ def test_mode_and_method_are_chosen_in_the_panel(served: Live, browser: Any) -> 
     page = browser.new_page(viewport={"width": 1000, "height": 700})
     page.goto(served.url)
     page.get_by_text("certified").first.wait_for(timeout=1000 * PATIENCE)
-    page.get_by_role("textbox").first.click()
+    page.locator('input[value="plan"][role="combobox"]').click()
     page.get_by_role("option", name="follow", exact=True).click()
     wait_until(lambda: served.session.mode is Mode.FOLLOW, page)
     page.get_by_text("stop proven").first.wait_for(timeout=1000 * PATIENCE)
