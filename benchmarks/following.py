@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from humanoid_rail._arrays import Array, triple
-from humanoid_rail.following.follower import CycleTimes, Follower
-from humanoid_rail.following.state import FollowerStatus
+from humanoid_rail.following.follower import Follower
+from humanoid_rail.following.state import CycleTimes, FollowerStatus
 from humanoid_rail.kinematics.kinematics import Kinematics
 from humanoid_rail.model.library import load_robot
 from humanoid_rail.model.robot import Robot
@@ -24,7 +24,7 @@ SPEED = 0.3
 """How fast they are at most, m/s."""
 COUNT = 6
 """There are so many."""
-NEW_TARGETS = 2.0
+NEW_TARGETS = 6.0
 """The targets move this often, s."""
 LOW, HIGH = np.array([-2.0, 0.0, 1.5]), np.array([2.0, 4.0, 4.5])
 """Obstacles and targets are between these points, m."""

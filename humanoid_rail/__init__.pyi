@@ -1,8 +1,8 @@
 # The public names, imported by `__init__.py` when they are first used.
 from .collision.certificate import Certificate, Contact
 from .errors import EngineMissing, HumanoidRailError, InvalidInput
-from .following.follower import CycleTimes, Follower
-from .following.state import FollowerState, FollowerStatus, NearPair
+from .following.follower import Follower
+from .following.state import CycleTimes, FollowerState, FollowerStatus, NearPair
 from .io.export import export
 from .io.plan_folder import Plan, read_plan, write_plan
 from .io.trajectory_files import read_trajectory, write_trajectory

@@ -13,8 +13,8 @@ from humanoid_rail.errors import InvalidInput, did_you_mean
 COMMANDS = {
     "plan": "Plan a motion of both hands to their targets.",
     "play": "Play back a plan in the browser.",
-    "live": "Drag targets and obstacles in the browser; the robot plans and follows.",
     "compare": "Play back two plans at the same time.",
+    "live": "Plan and follow while targets and obstacles are dragged.",
     "verify": "Prove a plan free of contact again.",
     "export": "Write a plan for other tools: CSV, NumPy, ROS 2, MuJoCo.",
     "robot": "Show a robot: its report, and a page to move it.",

@@ -47,7 +47,6 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
@@ -58,9 +57,15 @@ from numpy.typing import ArrayLike
 from humanoid_rail._arrays import FARTHEST, Array, checked_array
 from humanoid_rail._native import engine
 from humanoid_rail.errors import InvalidInput, check_kind, checked_number
-from humanoid_rail.following.state import FollowerState, named_pair, state_of
+from humanoid_rail.following.arguments import (
+    check_without_functions,
+    checked_acceleration,
+    checked_cycle,
+    checked_speeds,
+    no_state,
+)
+from humanoid_rail.following.state import CycleTimes, FollowerState, named_pair, state_of
 from humanoid_rail.kinematics.native_tasks import NATIVE_TASKS, native_tasks
-from humanoid_rail.kinematics.state import State
 from humanoid_rail.kinematics.task import Task
 from humanoid_rail.model.native_robot import native_robot
 from humanoid_rail.model.position_limits import within_position_limits
@@ -76,25 +81,6 @@ from humanoid_rail.scene.targets import Target
 
 if TYPE_CHECKING:
     from humanoid_rail import _engine
-
-SHORTEST_CYCLE, LONGEST_CYCLE = 1e-4, 0.1
-"""A cycle takes from this to that long, s."""
-
-
-@dataclass(frozen=True)
-class CycleTimes:
-    """How long the cycles of a follower's thread took to compute."""
-
-    cycles: int
-    """How many there were since the thread was started."""
-    overruns: int
-    """How many of them were not done when the next one was due: it began late then."""
-    median: float
-    """s, precise to a microsecond."""
-    percentile_99: float
-    """The time that 99 % of them took at most, s, precise to a microsecond."""
-    longest: float
-    """s."""
 
 
 class Follower:
@@ -144,26 +130,17 @@ class Follower:
         check_kind("robot", robot, Robot)
         check_kind("scene", scene, Scene)
         check_scene(robot, scene)
-        self.robot, self.scene, self.dt = robot, scene, _checked_cycle(dt)
+        self.robot, self.scene, self.dt = robot, scene, checked_cycle(dt)
         self.gains, self.safety = Gains() if gains is None else gains, Safety() if safety is None else safety
-        _check_without_functions(self.gains, self.safety)
+        check_without_functions(self.gains, self.safety)
         given = start_of_scene(robot, scene) if start is None else start
         first = within_position_limits(robot, checked_array("start", given, (robot.n,)), "start")
-        self.acceleration_limit = _checked_acceleration(robot, acceleration_limit)
-        self.obstacle_speed = _checked_speeds(scene, obstacle_speed)
+        self.acceleration_limit = checked_acceleration(robot, acceleration_limit)
+        self.obstacle_speed = checked_speeds(scene, obstacle_speed)
         self._rotations = [np.array(getattr(obstacle, "rpy", (0.0, 0.0, 0.0))) for obstacle in scene.obstacles]
-        tasks, converted = self._goal(tasks_of(robot, scene.steps[0]))
-        self._native = engine().Follower(
-            native_robot(robot),
-            native_obstacles(scene.obstacles),
+        self._native = self._made(
             first,
-            tasks,
-            converted,
-            native_safety(self.safety, _no_state),
-            dt=self.dt,
             tolerance=checked_number("tolerance", tolerance, above=0.0),
-            acceleration=self.acceleration_limit,
-            obstacle_speeds=self.obstacle_speed,
             latency=checked_number("obstacle_latency", obstacle_latency, least=0.0, most=FARTHEST),
         )
         if (touching := self._native.contact()) is not None:
@@ -171,6 +148,24 @@ class Follower:
             raise InvalidInput("start", first.tolist(), f"a start at which nothing touches: {near}")
         # The thread ends with the follower, and before the interpreter does.
         weakref.finalize(self, self._native.end)
+
+    def _made(self, start: Array, *, tolerance: float, latency: float) -> _engine.Follower:
+        """Return the engine's own follower."""
+        tasks, gains = self._goal(tasks_of(self.robot, self.scene.steps[0]))
+        native: _engine.Follower = engine().Follower(
+            native_robot(self.robot),
+            native_obstacles(self.scene.obstacles),
+            start,
+            tasks,
+            gains,
+            native_safety(self.safety, no_state),
+            dt=self.dt,
+            tolerance=tolerance,
+            acceleration=self.acceleration_limit,
+            obstacle_speeds=self.obstacle_speed,
+            latency=latency,
+        )
+        return native
 
     def set_targets(self, targets: Mapping[str, Target]) -> None:
         """Set what the hands have to reach from the next cycle on.
@@ -293,55 +288,9 @@ class Follower:
         return state_of(self.robot, self.scene.obstacles, self.dt, native)
 
     def _goal(self, tasks: Sequence[Task]) -> tuple[_engine.TaskStack, _engine.Gains]:
-        stack = native_tasks(self.robot, tasks, _no_state)
+        stack = native_tasks(self.robot, tasks, no_state)
         for i, task in enumerate(tasks):
             if type(task) not in NATIVE_TASKS:
                 known = ", ".join(kind.__name__ for kind in NATIVE_TASKS)
                 raise InvalidInput(f"tasks[{i}]", task, f"a task that the engine knows itself: {known}")
-        return stack, native_gains(self.robot, self.gains, stack.rows, _no_state)
-
-
-def _no_state(q: Array, t: float) -> State:
-    raise AssertionError("a follower calls nothing back")
-
-
-def _checked_cycle(dt: float) -> float:
-    return checked_number("dt", dt, least=SHORTEST_CYCLE, most=LONGEST_CYCLE)
-
-
-def _check_without_functions(gains: Gains, safety: Safety) -> None:
-    check_kind("gains", gains, Gains)
-    check_kind("safety", safety, Safety)
-    if gains.objectives:
-        raise InvalidInput("gains.objectives", gains.objectives, "none: the follower's thread never waits for Python")
-    if safety.equalities:
-        raise InvalidInput("safety.equalities", safety.equalities, "none: the follower's thread never waits for Python")
-
-
-def _checked_acceleration(robot: Robot, given: ArrayLike | None) -> Array:
-    """Return limits of the acceleration (n,), and check that all joints have those that a stop needs."""
-    if given is None:
-        limit = robot.acceleration_limit
-    else:
-        every = np.full(robot.n, given) if np.ndim(given) == 0 else given
-        limit = checked_array("acceleration_limit", every, (robot.n,))
-    for name, values in (("velocity_limit", robot.velocity_limit), ("acceleration_limit", limit)):
-        for joint, value in zip(robot.joint_names, values, strict=True):
-            if not (np.isfinite(value) and value > 0.0):
-                valid = "finite and greater than 0, or there is no stop to prove: give it in the robot's file or URDF"
-                raise InvalidInput(f"{name} ({joint})", float(value), valid)
-    return np.array(limit, float)
-
-
-def _checked_speeds(scene: Scene, given: float | Sequence[float] | None) -> Array:
-    """Return the speed (o,) that no point of each obstacle exceeds, m/s."""
-    moves = np.array([np.linalg.norm(obstacle.velocity) for obstacle in scene.obstacles], float)
-    if given is None:
-        return moves
-    count = len(scene.obstacles)
-    speeds = checked_array("obstacle_speed", np.full(count, given) if np.ndim(given) == 0 else given, (count,))
-    for i, (speed, own) in enumerate(zip(speeds, moves, strict=True)):
-        if not speed >= own * (1.0 - 1e-9):
-            valid = f"at least {own:.6g} m/s, at which {name_of(scene.obstacles, i)} moves in the scene"
-            raise InvalidInput("obstacle_speed", float(speed), valid)
-    return speeds
+        return stack, native_gains(self.robot, self.gains, stack.rows, no_state)

@@ -6,8 +6,8 @@ import numpy as np
 import pinocchio as pin
 
 from humanoid_rail._arrays import Array
-from humanoid_rail.following.follower import CycleTimes, Follower
-from humanoid_rail.following.state import FollowerState, FollowerStatus
+from humanoid_rail.following.follower import Follower
+from humanoid_rail.following.state import CycleTimes, FollowerState, FollowerStatus
 from humanoid_rail.kinematics.task import ConfigurationTask
 from humanoid_rail.live.planning import at
 from humanoid_rail.live.triangles import radius
