@@ -101,16 +101,16 @@ def tell(follower: Follower, obstacles: tuple[Obstacle, ...]) -> None:
 def wandering(
     robot: Robot, seed: int, cycles: int, dt: float = DT
 ) -> Iterator[tuple[Follower, FollowerState, tuple[Obstacle, ...]]]:
-    """Follow random targets among random obstacles; yield each state and where the obstacles were meanwhile."""
+    """Reach into obstacles that wander, without shying; yield each state and where the obstacles were meanwhile."""
     rng = np.random.default_rng(seed)
     movers = Movers(around(robot, rng), rng)
     scene = Scene(name="some", targets=AHEAD, obstacles=movers.obstacles)
-    follower = Follower(robot, scene, dt=dt, obstacle_speed=SPEED)
+    hasty, close = Gains(2.0, c_kappa=0.0), Safety(damper_gain=10.0)
+    follower = Follower(robot, scene, dt=dt, gains=hasty, safety=close, obstacle_speed=SPEED)
     for cycle in range(cycles):
         if cycle % 60 == 0:
-            follower.set_targets(
-                {hand: tuple(rng.uniform([-2.0, 0.0, 1.5], [2.0, 4.0, 4.5]).tolist()) for hand in robot.hand_names}
-            )
+            inside = [movers.obstacles[i] for i in rng.choice(movers.moving, len(robot.hand_names))]
+            follower.set_targets({hand: o.center for hand, o in zip(robot.hand_names, inside, strict=True)})
         there = movers.obstacles
         tell(follower, there)
         yield follower, follower.step(), there
@@ -135,14 +135,13 @@ def test_limits_hold_and_nothing_touches_while_it_moves(some_robot: Robot, seed:
         assert (state.stop <= robot.upper + 1e-9).all()
         if state.velocity.any():
             for share in (0.0, 0.5, 1.0):
-                # Until the end of the cycle obstacles get 4 mm farther, which the proof allows for.
                 clear = Kinematics(robot, there).measure(q + share * DT * state.velocity)
-                assert clear.clearance.min() > share * DT * SPEED
+                assert clear.clearance.min() > share * DT * SPEED  # obstacles get so far in that time
                 assert clear.self_clearance.min() > 0.0
         moved += float(abs(state.q - q).max())
         q, v = state.q, state.velocity
     assert moved > 1.0
-    assert FollowerStatus.FOLLOWING in seen
+    assert seen >= {FollowerStatus.FOLLOWING, FollowerStatus.BRAKING}
 
 
 def test_a_stop_is_what_it_says(some_robot: Robot) -> None:
