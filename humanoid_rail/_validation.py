@@ -143,7 +143,8 @@ class Frozen(BaseModel, metaclass=_Metaclass):
                 if isinstance(key, str) and key not in cls.model_fields:
                     required = [name for name, field in cls.model_fields.items() if field.is_required()]
                     missing = [name for name in required if name not in data]
-                    valid = f"no such field{did_you_mean(key, [n for n in cls.model_fields if n not in data])}"
+                    near = did_you_mean(key, [n for n in cls.model_fields if n not in data])
+                    valid = f"one of {', '.join(cls.model_fields)}{near}"
                     valid += f"; missing here: {', '.join(missing)}" if missing else f"; see {cls.described_in}"
                     raise PydanticCustomError("unknown_key", "{valid}", {"valid": valid, "number": number})
         return data
@@ -180,12 +181,16 @@ def invalid_input(error: ValidationError, source: str | None = None, root: str =
             return InvalidInput(field, MISSING, "a value: this field is required", source)
         case "unknown_key":
             key, content = list(value.items())[context["number"]]
-            return InvalidInput(f"{field}.{key}".removeprefix(f"{root}."), content, context["valid"], source)
+            valid, shape = context["valid"], _mapped(field, root) if root == "robot" and field != root else ""
+            valid += f"; for example {shape}" if shape else ""
+            return InvalidInput(f"{field}.{key}".removeprefix(f"{root}."), content, valid, source)
         case "union_tag_not_found":
             return InvalidInput(f"{field}.type", MISSING, "a type, such as sphere or box", source)
         case "union_tag_invalid":
             near = did_you_mean(context["tag"], re.findall(r"\w+", context["expected_tags"]))
             return InvalidInput(f"{field}.type", context["tag"], f"one of {context['expected_tags']}{near}", source)
+        case "greater_than_equal" if context["ge"] == 0:
+            return InvalidInput(field, value, "a number, 0 or more", source)
         case "less_than_equal" | "greater_than_equal":
             bound: float = abs(context.get("le", context.get("ge", 0.0)))
             unit = {FARTHEST: "m; given in millimetres?", LARGEST_ANGLE: "rad; given in degrees?"}.get(bound, "")
@@ -195,12 +200,35 @@ def invalid_input(error: ValidationError, source: str | None = None, root: str =
         case "mesh_file":
             return InvalidInput(f"{field}.file".removeprefix(f"{root}."), context["file"], first["msg"], source)
         case "dict_type":
-            return InvalidInput(field, value, "a mapping from the names of the hands to their targets", source)
+            return InvalidInput(field, value, f"a mapping: {_mapped(field, root)}", source)
+        case "model_type" | "model_attributes_type":
+            return InvalidInput(field, value, f"a mapping: {_mapped(field, root)}", source)
         case "too_short":
             return InvalidInput(field, value, f"{context['min_length']} at least", source)
         case "tuple_type":
             return InvalidInput(field, value, "a list", source)
     return InvalidInput(field, value, first["msg"].removeprefix("Input should be ").replace("a valid ", "a "), source)
+
+
+EXAMPLES = {
+    "hands": "{NAME: {frame: FRAME}}",
+    "limits": "{JOINT: {acceleration: 8}}",
+    "locked": "{JOINT: 0.5}",
+    "initial": "{JOINT: 0.5}",
+    "postures": "{NAME: {JOINT: 0.5}}",
+    "base": "{xyz: [0, 0, 1], rpy: [0, 0, 0]}",
+    "pairs": "{left_out: [{links: [LINK, LINK]}], distances: [{links: [LINK, LINK], distance: 0.005}]}",
+    "xacro": "{ARGUMENT: VALUE}",
+}
+"""What mappings of robot files look like."""
+
+
+def _mapped(field: str, root: str) -> str:
+    """Return what a mapping looks like in a field of a scene or a robot file."""
+    name = re.split(r"[.\[]", field.removeprefix("robot."))[0]
+    if root == "robot" and name in EXAMPLES:
+        return f"{name}: {EXAMPLES[name]}"
+    return "the names of the hands and their targets" if "targets" in field else "keys and values"
 
 
 def _path(location: tuple[int | str, ...]) -> str:

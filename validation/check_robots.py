@@ -58,7 +58,7 @@ class Case:
         found: dict[int, list[int]] = {}
         for index, body in enumerate(self.robot.collision_model.geometryObjects):
             link = self.robot.link_names[index]
-            number = body.name.removeprefix(f"{link}_").partition("_")[0]
+            number = body.name.removeprefix(f"{link}_").partition(".")[0]
             found.setdefault(self.original.names.index(f"{link}_{number}"), []).append(index)
         return found
 

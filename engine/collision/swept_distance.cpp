@@ -45,7 +45,8 @@ std::vector<Nearest> all_pairs(const Robot& robot, const std::vector<Obstacles::
   Nearest pair;
   for (int link = 0; link < robot.links(); ++link) {
     for (std::size_t i = 0; i < pieces.size(); ++i) {
-      pair.pair = static_cast<int>(pairs.size());
+      if (!robot.moves(link) && !pieces[i].moves()) continue;
+      pair.pair = link * static_cast<int>(pieces.size()) + static_cast<int>(i);
       pair.link = link;
       pair.piece = static_cast<int>(i);
       pair.other = pieces[i].obstacle;

@@ -32,7 +32,8 @@ struct Levers {
   Matrix links, pairs;
 };
 
-// All pairs of a link and a piece, link by link, and then all pairs of links that have to be checked. Not measured yet.
+// All pairs of a link and a piece of which one moves, link by link, and then all pairs of links that have to be
+// checked. Not measured yet.
 [[nodiscard]] std::vector<Nearest> all_pairs(const Robot& robot, const std::vector<Obstacles::Piece>& pieces);
 
 class SweptDistance {

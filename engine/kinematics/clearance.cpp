@@ -47,6 +47,9 @@ ObstacleClearances::ObstacleClearances(std::shared_ptr<const Robot> robot, const
   }
   std::vector<coal::CollisionObject*> objects;
   for (auto& object : boxed_) objects.push_back(&object);
+  bool link_moves = false;
+  for (int link = 0; link < robot_->links(); ++link) link_moves = link_moves || robot_->moves(link);
+  has_pairs_ = !links_.empty() && (!moving_.empty() || (!bodies_.empty() && link_moves));
   tree_.registerObjects(objects);
   tree_.setup();
   candidates_.found.reserve(pieces().size());
@@ -82,6 +85,8 @@ void ObstacleClearances::within(double horizon, const Kinematics& kinematics, Ne
   found.pieces.clear();
   for (std::size_t i = 0; i < links_.size(); ++i) {
     const int link = static_cast<int>(i);
+    const bool moves = robot_->moves(link);
+    if (!moves && moving_.empty()) continue;
     const coal::Transform3s placement = pinocchio::toCoalTransform3s(kinematics.body(link));
     links_[i].setTransform(placement);
     links_[i].computeAABB();
@@ -89,6 +94,7 @@ void ObstacleClearances::within(double horizon, const Kinematics& kinematics, Ne
     candidates_.found.assign(unbounded_.begin(), unbounded_.end());
     tree_.collide(&links_[i], &candidates_);
     for (const Body* body : candidates_.found) {
+      if (!moves && !body->piece->moves()) continue;
       Interruption::poll();
       measure(link, placement, *body, horizon, found);
     }
@@ -97,7 +103,7 @@ void ObstacleClearances::within(double horizon, const Kinematics& kinematics, Ne
 
 void ObstacleClearances::within_or_nearest(double horizon, const Kinematics& kinematics, NearObstacles& found) {
   within(horizon, kinematics, found);
-  if (pieces().empty() || !found.obstacles.empty()) return;
+  if (!has_pairs_ || !found.obstacles.empty()) return;
   // Where it was nearest before is a good guess.
   double reach = std::max({2.0 * horizon, FIRST_REACH, MARGIN * shortest_before_});
   for (within(reach, kinematics, found); found.obstacles.empty(); within(reach, kinematics, found)) {

@@ -24,7 +24,8 @@ struct NearObstacles {
   }
 };
 
-// Finds which obstacles are near. Holds its workspace. Not to be shared between threads.
+// Finds which obstacles are near. A link and an obstacle neither of which ever moves are no pair. Holds its workspace.
+// Not to be shared between threads.
 class ObstacleClearances {
  public:
   ObstacleClearances(std::shared_ptr<const Robot> robot, const Obstacles& obstacles);
@@ -62,6 +63,7 @@ class ObstacleClearances {
   std::shared_ptr<const Robot> robot_;
   Obstacles obstacles_;
   double t_ = 0.0;
+  bool has_pairs_ = false;
   double shortest_before_ = 0.0;  // What within_or_nearest found last beyond its horizon, m.
   std::vector<Body> bodies_;
   std::vector<Body*> moving_;

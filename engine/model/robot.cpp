@@ -41,10 +41,18 @@ Robot::Robot(const std::string& model_archive, const std::string& bodies_archive
   }
   for (auto& body : bodies.geometryObjects) body.geometry->computeLocalAABB();
   for (const auto& supports : model.supports) chains_.emplace_back(supports.begin() + 1, supports.end());
+  for (int link = 0; link < links(); ++link) moves_.push_back(is_moved(link) ? 1 : 0);
   for (const auto& [link, other] : self_collision_pairs) {
     common_joints_.push_back(common_joint(link, other));
     takes_long_.push_back(!(is_round(link) && is_round(other)));
   }
+}
+
+bool Robot::is_moved(int link) const {
+  const auto& chain = chain_to(joint_of(link));
+  return std::any_of(chain.begin(), chain.end(), [this](pinocchio::JointIndex joint) {
+    return coupling.row(model.joints[joint].idx_v()).nonZeros() > 0;
+  });
 }
 
 bool Robot::is_round(int link) const {

@@ -63,6 +63,8 @@ struct Robot {
   }
   // Whether measuring a self-collision pair takes long: its distance has no closed form.
   [[nodiscard]] bool takes_long(int pair) const { return takes_long_[static_cast<std::size_t>(pair)] != 0; }
+  // Whether any actuated joint moves a collision body.
+  [[nodiscard]] bool moves(int link) const { return moves_[static_cast<std::size_t>(link)] != 0; }
   // q_full = S q + s0 of the actuated joints' q (n).
   [[nodiscard]] Vector full_configuration(const Eigen::Ref<const Vector>& q) const { return offset + coupling * q; }
   [[nodiscard]] int n() const { return static_cast<int>(coupling.cols()); }
@@ -71,11 +73,12 @@ struct Robot {
 
  private:
   [[nodiscard]] bool is_round(int link) const;
+  [[nodiscard]] bool is_moved(int link) const;
   [[nodiscard]] pinocchio::JointIndex common_joint(int link, int other) const;
 
   std::vector<std::vector<pinocchio::JointIndex>> chains_;
   std::vector<pinocchio::JointIndex> common_joints_;
-  std::vector<char> takes_long_;
+  std::vector<char> takes_long_, moves_;
 };
 
 }  // namespace humanoid_rail

@@ -11,14 +11,14 @@ from humanoid_rail.cli.console import run
 from humanoid_rail.errors import InvalidInput, did_you_mean
 
 COMMANDS = {
-    "plan": "Plan a motion of both hands to their targets.",
+    "plan": "Plan a motion of all hands to their targets.",
     "play": "Play back a plan in the browser.",
     "compare": "Play back two plans at the same time.",
     "live": "Plan and follow while targets and obstacles are dragged.",
     "verify": "Prove a plan free of contact again.",
     "export": "Write a plan for other tools: CSV, NumPy, ROS 2, MuJoCo.",
     "robot": "Show a robot: its report, and a page to move it.",
-    "urdf": "Print the URDF of the robot, or its SRDF.",
+    "urdf": "Print the URDF of the paper's robot, or its SRDF.",
 }
 """What each command does, by its name and in the order of the help."""
 
@@ -49,7 +49,7 @@ class _Commands(click.Group):
 @click.version_option(__version__, package_name="humanoid_rail", message="humanoid_rail %(version)s")
 @click.pass_context
 def commands(ctx: click.Context) -> None:
-    """Collision-free motion planning for a two-armed robot on a rail.
+    """Collision-free motion planning for robots with one arm or two; the default one has two, on a rail.
 
     Begin with `humanoid-rail plan scenes/picks.yaml --retime --out out/picks`, then `humanoid-rail play out/picks`.
     """

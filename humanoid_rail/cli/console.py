@@ -6,6 +6,7 @@ import os
 import signal
 import sys
 import threading
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cache
@@ -15,12 +16,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from humanoid_rail._signals import END_ASKED
 from humanoid_rail.cli.streams import checked_output, set_up_process
 from humanoid_rail.errors import HumanoidRailError, InvalidInput
 
 if TYPE_CHECKING:
     from rich.console import Console
 
+MOST_FILES = 4
+"""Of more files than this it is said how many there are, not what they are called."""
 INDENT = 2
 """What an example does is indented by this, in characters."""
 BAD_INPUT = 2
@@ -77,6 +81,23 @@ class Command(click.Command):
                 formatter.write_dl([(written.ljust(width), said) for written, said in records], col_max=width)
 
 
+class _Warnings:
+    """Says each warning for users once, in a line of stderr, without where in the package it is raised."""
+
+    def __init__(self) -> None:
+        self._said: set[str] = set()
+        self._others = warnings.showwarning
+
+    def show(self, message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
+        if not issubclass(category, UserWarning):
+            self._others(message, category, *where, **more)
+            return
+        text = " ".join(str(message).split())
+        if text not in self._said:
+            click.echo(f"Warning: {text}", err=True)
+        self._said.add(text)
+
+
 class _Terminated(BaseException):
     """A signal asks the process to end. It is no Exception, so that nobody takes it for an error of the work."""
 
@@ -90,6 +111,7 @@ def _terminable() -> Iterator[None]:
     """Let the signals TERM and HUP raise, so that what is half done is cleared away. One that is ignored stays so."""
 
     def terminate(number: int, _frame: FrameType | None) -> None:
+        END_ASKED.set()
         raise _Terminated(number)
 
     signals = [s for s in (signal.SIGTERM, signal.SIGHUP) if signal.getsignal(s) is signal.SIG_DFL]
@@ -100,6 +122,7 @@ def _terminable() -> Iterator[None]:
     try:
         yield
     finally:
+        END_ASKED.clear()
         for s in signals:
             signal.signal(s, signal.SIG_DFL)
 
@@ -115,6 +138,7 @@ def run(command: click.Command, arguments: Sequence[str] | None = None) -> None:
     """
     if arguments is None:
         set_up_process()
+        warnings.showwarning = _Warnings().show
     with checked_output():
         code = _code(command, arguments)
     sys.exit(code)
@@ -173,6 +197,13 @@ def write_table(name: str, columns: Sequence[str], rows: Sequence[Sequence[str]]
     if not (begun and ended):
         raise InvalidInput("page", str(page), f"a file with the marks {begin} and {end}")
     write_file(page, f"{before}{begin}\n{markdown}\n{end}{after}".encode())
+
+
+def files_said(files: Sequence[Path], folder: str | Path) -> str:
+    """Return files that were written in words: a few by their names, many as how many there are in a folder."""
+    if len(files) <= MOST_FILES:
+        return ", ".join(map(str, files))
+    return f"{len(files)} files in {folder}"
 
 
 def check_least(least: int, **values: int) -> None:

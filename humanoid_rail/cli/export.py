@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import click
 
-from humanoid_rail.cli.console import Command, console
+from humanoid_rail.cli.console import Command, console, files_said
 from humanoid_rail.cli.plan_folder_options import GROUP, reads_a_plan
 from humanoid_rail.cli.report import NO_ENGINE, why_not_certified
 from humanoid_rail.cli.robot_options import RobotOptions
@@ -69,7 +69,7 @@ def command(
         console().print(f"Warning: {UNEVEN}", soft_wrap=True)
     for fault in _faults(plan):
         console().print(f"Warning: {fault}", soft_wrap=True)
-    console().print(f"Written: {', '.join(map(str, written))}", soft_wrap=True)
+    console().print(f"Written: {files_said(written, out)}", soft_wrap=True)
 
 
 def _faults(plan: Plan) -> Iterator[str]:

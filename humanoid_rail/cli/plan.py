@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from humanoid_rail.cli.console import Command, console, has_display
+from humanoid_rail.cli.console import Command, console, files_said, has_display
 from humanoid_rail.cli.plan_options import (
     GROUPS,
     RETIMING,
@@ -24,8 +24,8 @@ from humanoid_rail.cli.play import play_back
 from humanoid_rail.cli.report import report_plan
 from humanoid_rail.cli.robot_options import RobotOptions, takes_a_robot
 from humanoid_rail.cli.urdf import numbers_by_name
-from humanoid_rail.errors import InvalidInput, checked_number
-from humanoid_rail.io.carried_robot import given_robot
+from humanoid_rail.errors import MISSING, InvalidInput, checked_number
+from humanoid_rail.io.carried_robot import given_robot, is_papers
 from humanoid_rail.io.plan_folder import Plan, check_plan_folder, write_plan
 from humanoid_rail.model.library import PAPER, load_robot
 from humanoid_rail.model.robot import Robot
@@ -87,7 +87,7 @@ def command(
     view: bool | None,
     **options: Any,
 ) -> int:
-    """Plan a motion of both hands to the targets of SCENE (YAML or JSON; without one, scenes/paper.yaml).
+    """Plan a motion of all hands to the targets of SCENE (YAML or JSON; without one, scenes/paper.yaml).
 
     The robot is that of --robot, else the one that SCENE names, else the paper's.
 
@@ -105,6 +105,8 @@ def command(
     arguments = numbers_by_name([*lengths, *([] if link_radius is None else [f"link_radius={link_radius}"])])
     scene = load_scene(scene_file) if scene_file is not None else paper_scene()
     model = _robot(robot, scene, case, arguments)
+    if scene_file is None and case is None and not is_papers(model):
+        raise InvalidInput("scene", MISSING, "a SCENE for this robot; without one the paper's is planned")
     try:
         with progress("planning"):
             trajectory = plan(model, scene, chosen)
@@ -175,7 +177,7 @@ def _show(
     written = [] if out is None else _keep(robot, scene, trajectory, out, page)
     report_plan(title, trajectory)
     if out is not None:
-        console().print(f"Written to {out}: {', '.join(path.name for path in written)}", soft_wrap=True)
+        console().print(f"Written to {out}: {files_said([Path(f.name) for f in written], out)}", soft_wrap=True)
     if view is None:
         view = sys.stdout.isatty() and has_display()
         if not view:

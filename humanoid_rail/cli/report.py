@@ -15,6 +15,8 @@ from humanoid_rail.trajectory import Trajectory
 
 NO_ENGINE = "nothing can be proven without the native engine"
 """This is said of a motion that has no certificate."""
+SMALL = 1e-3
+"""Lengths below this are printed in mm, m."""
 MOST_NAMES = 12
 """A row of a table names this many pairs or links; of more it says how many there are."""
 
@@ -34,7 +36,7 @@ def report_plan(title: str, trajectory: Trajectory) -> None:
         ("path", _path(trajectory)),
         (
             "planning",
-            f"{_time(trajectory.planning_time)} ({trajectory.engine}), {trajectory.evaluations} evaluations of q_dot",
+            f"{_time(trajectory.planning_time)} ({trajectory.engine}), {trajectory.evaluations} velocities computed",
         ),
     ]
     _print(title, rows)
@@ -101,7 +103,7 @@ def _shortened(names: Sequence[str]) -> str:
     rest = len(names) - MOST_NAMES
     if rest <= 0:
         return ", ".join(names)
-    return f"{', '.join(names[:MOST_NAMES])} and {rest} more (summary.json and humanoid-rail robot name all)"
+    return f"{', '.join(names[:MOST_NAMES])} and {rest} more (summary.json and `humanoid-rail robot` name them)"
 
 
 def _timing(trajectory: Trajectory) -> Iterator[tuple[str, str]]:
@@ -110,14 +112,15 @@ def _timing(trajectory: Trajectory) -> Iterator[tuple[str, str]]:
         yield "timing", "the method's own; retime it before a drive runs it (--retime)"
         return
     yield "timing", "retimed: within limits of velocity and acceleration, at rest at both ends"
-    for quantity, units in (("velocity", "m/s, rad/s"), ("acceleration", "m/s^2, rad/s^2"), ("jerk", "m/s^3, rad/s^3")):
+    for quantity, per in (("velocity", "s"), ("acceleration", "s^2"), ("jerk", "s^3")):
         rows = [
             (getattr(peak, quantity), getattr(peak, f"{quantity}_limit"), peak.joint)
             for peak in trajectory.timing.peaks
         ]
         peak, limit, joint = max(rows, key=lambda row: (row[0] / row[1], row[0]))
         share = f"{peak / limit:.1%} of the limit of {limit:.4g}" if math.isfinite(limit) else "no limit"
-        yield f"peak {quantity}", f"{peak:.4g} ({units}), {share}, {joint}"
+        unit = "(m, rad)" if trajectory.robot is None else trajectory.robot.unit_of(joint)
+        yield f"peak {quantity}", f"{peak:.4g} {unit}/{per}, {share}, {joint}"
 
 
 def why_not_certified(certificate: Certificate) -> str:
@@ -133,7 +136,7 @@ def _certified(certificate: Certificate | None, end: float) -> str:
         return f"no: {why_not_certified(certificate)}"
     bound = certificate.clearance_bound
     nothing = "yes: there is nothing to touch"
-    return nothing if bound is None else f"yes: no clearance below {bound:.4f} m until t = {end:.4g} s"
+    return nothing if bound is None else f"yes: no clearance below {_length(bound)} until t = {end:.4g} s"
 
 
 def _found_by(trajectory: Trajectory) -> str:
@@ -152,4 +155,9 @@ def _degrees(path: PathQuality) -> str:
 
 
 def _clearance(clearance: float | None, nothing: str) -> str:
-    return nothing if clearance is None else f"{clearance:.4f} m"
+    return nothing if clearance is None else _length(clearance)
+
+
+def _length(length: float) -> str:
+    """Return a length in m, or in mm where little of it would be seen."""
+    return f"{length:.4f} m" if abs(length) >= SMALL else f"{1e3 * length:.3g} mm"

@@ -54,6 +54,8 @@ def command(
     console().print(robot.report(), soft_wrap=True)
     is_shown = has_display() if view is None else view
     if out is None and not is_shown:
+        if view is None:
+            console().print("There is no display: --out FILE writes the page to look at it.", soft_wrap=True)
         return
     # Imported here: it takes long, and the report needs nothing of it.
     from humanoid_rail.viewer.robot_page import robot_html

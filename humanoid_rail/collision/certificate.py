@@ -45,7 +45,8 @@ class Certificate:
     reason: str | None = None
     """Why the motion was not looked at up to its end, if so, and from when on nothing is proven."""
     unchecked_pairs: tuple[UncheckedPair, ...] = ()
-    """Pairs of links that were not checked against each other, or only in part, each with the reason."""
+    """Pairs of links that were not checked against each other, or only in part, each with the reason; and links and
+    obstacles that never move and are nearer to each other than `clearance_bound`."""
     links_without_body: tuple[str, ...] = ()
     """Links that are visible or have a mass, and no collision body, so that nothing is proven of them."""
 

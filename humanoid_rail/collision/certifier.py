@@ -15,6 +15,7 @@ import numpy as np
 from humanoid_rail._arrays import Array
 from humanoid_rail._native import engine
 from humanoid_rail.collision.certificate import Certificate, Contact
+from humanoid_rail.collision.unmoved_pairs import unmoved_pairs
 from humanoid_rail.errors import InvalidInput
 from humanoid_rail.model.beyond_limits import robot_of_motion
 from humanoid_rail.model.native_robot import native_robot
@@ -41,7 +42,9 @@ def certify(
 ) -> Certificate:
     """Return what can be proven of a motion.
 
-    Neighbours that only the position limits keep apart are checked too if the motion leaves these limits.
+    A body of the robot and an obstacle neither of which ever moves are not looked at, as no motion changes how near
+    they are; of these the certificate names those that are nearer than its bound. Neighbours that only the position
+    limits keep apart are checked too if the motion leaves these limits.
 
     Args:
         robot: The robot.
@@ -62,20 +65,22 @@ def certify(
     robot = robot_of_motion(robot, t, q, velocity)
     certifier = engine().Certifier(native_robot(robot), native_obstacles(obstacles))
     found = certifier.certify(t, q, np.empty((0, robot.n)) if velocity is None else velocity, budget)
-    some_obstacle, some_pair, own = bool(obstacles), bool(robot.self_collision_pairs), own_distances(robot)
+    own = own_distances(robot)
     some_own = bool(np.isfinite(own).any())
     reason = None if found.stopped is None else f"budget of {budget} checks used up at t = {found.stopped:.4g} s"
+    bound = _finite(found.bound) if reason is None else None
+    nearer_than = np.inf if bound is None else max(bound, 0.0)
     return Certificate(
         certified=found.certified,
-        min_clearance_obstacles=_finite(found.min_obstacles) if some_obstacle else None,
-        min_clearance_self=_finite(found.min_links) if some_pair else None,
-        clearance_bound=found.bound if (some_obstacle or some_pair) and reason is None else None,
+        min_clearance_obstacles=_finite(found.min_obstacles),
+        min_clearance_self=_finite(found.min_links),
+        clearance_bound=bound,
         contact=None if found.contact is None else named_contact(robot, obstacles, found.contact),
-        unchecked_pairs=robot.unchecked_pairs,
+        unchecked_pairs=(*robot.unchecked_pairs, *(pair for pair, _ in unmoved_pairs(robot, obstacles, nearer_than))),
         links_without_body=robot.links_without_body,
         reason=reason,
         others_bound=_finite(found.others_bound) if some_own and reason is None else None,
-        only_own_distances=not some_obstacle and some_own and bool(np.isfinite(own).all()),
+        only_own_distances=some_own and bool(np.isfinite(own).all() and np.isinf(found.min_obstacles)),
     )
 
 

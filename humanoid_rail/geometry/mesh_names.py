@@ -33,7 +33,8 @@ def find_mesh(field: str, name: str, folder: Path | None = None, packages: Seque
         return next(place for place in places if place.is_file())
     except (StopIteration, OSError, ValueError):  # not there, or no name that a file can have
         looked = ", ".join(map(str, places)) or "nowhere, as it is no name of a file"
-        valid = f"a mesh file that is there; looked at: {looked}. {PACKAGES} can name further folders of packages"
+        more = f"packages (--packages) or {PACKAGES} can name further folders of packages"
+        valid = f"a mesh file that is there; looked at: {looked}. {more}"
         raise InvalidInput(field, name, valid) from None
 
 

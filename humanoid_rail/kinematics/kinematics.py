@@ -104,7 +104,13 @@ class Kinematics:
         arms = [self._hand_jacobian(hand.frame)[:3, robot.arm_columns(hand)] for hand in robot.hands]
         links = self._links()
         shape = (len(links), len(self._pieces))
-        distances = [[self._nearest(link, piece.at(t)).distance for piece in self._pieces] for link in links]
+        distances = [
+            [
+                self._nearest(link, piece.at(t)).distance if moves or piece.velocity.any() else np.inf
+                for piece in self._pieces
+            ]
+            for link, moves in zip(links, robot.moving_bodies, strict=True)
+        ]
         pieces = np.array(distances).reshape(shape)
         clearance = np.take_along_axis(pieces, self._nearest_pieces(pieces), axis=1)
         between = [self._nearest(links[a], links[b]).distance for a, b in robot.self_collision_pairs]
@@ -188,13 +194,16 @@ class Kinematics:
         d psi / dt = n^T v, with n from the link to the obstacle. coal's normal points that way in penetration too, so
         this holds on both sides of contact. With V and W the linear and angular rows of the link's spatial Jacobian at
         the base's origin, dp1/dq = V + W x p1, and n^T (W x p1) = (p1 x n)^T W: a unit force along n at p1, seen by the
-        joints.
+        joints. Two of which neither ever moves are no pair: psi is infinite.
         """
         shape = (len(links), len(self._pieces))
         result = Clearances(np.zeros(shape), np.zeros((*shape, self.robot.n)), np.zeros(shape))
         pieces = [(piece.at(t), piece.velocity) for piece in self._pieces]
         for i, (link, J) in enumerate(zip(links, jacobians, strict=True)):
             for k, (piece, velocity) in enumerate(pieces):
+                if not self.robot.moving_bodies[i] and not velocity.any():
+                    result.distance[i, k] = np.inf
+                    continue
                 nearest = self._nearest(link, piece)
                 result.distance[i, k] = nearest.distance
                 result.gradient[i, k] = -nearest.wrench @ J

@@ -12,8 +12,8 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from humanoid_rail._arrays import Array
-from humanoid_rail.model.far_parts import SLACK, FarParts, far_parts
-from humanoid_rail.model.pairs import NO_MEETING, UncheckedPair, checked_in_part, reason_of
+from humanoid_rail.model.far_parts import AWAY, SLACK, FarParts
+from humanoid_rail.model.pairs import NO_MEETING, UncheckedPair, checked_in_part, far_pair, reason_of, said
 from humanoid_rail.model.robot import Robot
 
 _extended: WeakKeyDictionary[Robot, tuple[Robot, Array]] = WeakKeyDictionary()
@@ -53,20 +53,27 @@ def _with_all_far_parts(robot: Robot) -> tuple[Robot, Array]:
     pairs, left_out = list(robot.self_collision_pairs), list[UncheckedPair]()
     matters = np.zeros(robot.model.nq, bool)
     for pair in robot.left_out:
-        found = _parts_of(robot, pair) if NO_MEETING in pair.why else []
-        for parts in found:
-            pairs.append((bodies.addGeometryObject(parts.first), bodies.addGeometryObject(parts.second)))
-            matters[[robot.model.joints[joint].idx_q for joint in parts.joints]] = True
-        left_out.append(replace(pair, why=f"{reason_of(pair)}; {checked_in_part(found[0])}") if found else pair)
+        known = _known(robot, pair) if NO_MEETING in pair.why else []
+        whys = []
+        for parts, why in known:
+            is_kept_apart = parts is not None and why.startswith(NO_MEETING)
+            if parts is not None and is_kept_apart:
+                pairs.append((bodies.addGeometryObject(parts.first), bodies.addGeometryObject(parts.second)))
+                matters[[robot.model.joints[joint].idx_q for joint in parts.joints]] = True
+            whys.append(checked_in_part(parts) if parts is not None and is_kept_apart else why)
+        why = said(reason_of(pair), list(dict.fromkeys(whys))) if whys else pair.why
+        left_out.append(replace(pair, why=why))
     more = replace(robot, collision_model=bodies, self_collision_pairs=tuple(pairs), left_out=tuple(left_out))
     return more, matters
 
 
-def _parts_of(robot: Robot, pair: UncheckedPair) -> list[FarParts]:
-    """Return the far parts of two links that cannot meet within the limits, of each two of their bodies."""
-    bodies = [body.copy() for body in robot.collision_model.geometryObjects]
-    names = robot.link_names
-    one, other = (
-        [b for b, name in zip(bodies, names, strict=True) if name == link] for link in (pair.link, pair.other)
-    )
-    return [parts for a in one for b in other if (parts := far_parts(robot.model, a, b)) is not None]
+def _known(robot: Robot, pair: UncheckedPair) -> list[tuple[FarParts | None, str]]:
+    """Return what :func:`humanoid_rail.model.pairs.far_pair` says of each two bodies of two links."""
+    whole = [
+        (link, body.copy())
+        for link, body in zip(robot.link_names, robot.collision_model.geometryObjects, strict=True)
+        if AWAY not in body.name
+    ]
+    one, other = ([body for name, body in whole if name == link] for link in (pair.link, pair.other))
+    start = robot.full_configuration(robot.initial)
+    return [far_pair(robot.model, a, b, start) for a in one for b in other]

@@ -221,10 +221,13 @@ def _check_hand(model: pin.Model, joint_names: Sequence[str], hand: Hand) -> Non
         raise InvalidInput("hands.name", hand.name, "a name")
     where = f"hands.{hand.name}"
     # A link and a joint may have the same name; a frame that is meant has to be the only one.
-    if not isinstance(hand.frame, str) or sum(frame.name == hand.frame for frame in model.frames) != 1:
-        raise InvalidInput(f"{where}.frame", hand.frame, "a frame of the URDF, with a name of its own")
+    count = sum(frame.name == hand.frame for frame in model.frames) if isinstance(hand.frame, str) else 0
+    if count != 1:
+        valid = "a frame with a name of its own; a link and a joint are called so" if count else "a frame of the URDF"
+        raise InvalidInput(f"{where}.frame", hand.frame, valid)
     if not isinstance(hand.arm, tuple | list) or len(hand.arm) < 3:
-        raise InvalidInput(f"{where}.arm", hand.arm, "three joints or more: with fewer, eq. 3.4 is 0")
+        valid = "three joints that move or more; with fewer the manipulability (eq. 3.4) is always 0"
+        raise InvalidInput(f"{where}.arm", hand.arm, valid)
     for joint in hand.arm:
         if joint not in joint_names:
             raise InvalidInput(f"{where}.arm", joint, f"actuated joints: {', '.join(joint_names)}")

@@ -11,7 +11,7 @@ from typing import Any
 
 from humanoid_rail.geometry.kept import cache_folder, write_whole
 
-VERSION = 3
+VERSION = 4
 """Of what is kept; what another version of the package has kept is not read."""
 
 
@@ -32,13 +32,18 @@ def kept(key: str) -> dict[str, Any] | None:
         found = json.loads(_file(key).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
-    return found if isinstance(found, dict) else None
+    data = found.get("data") if isinstance(found, dict) else None
+    return data if isinstance(data, dict) and found.get("digest") == _digest(data) else None
 
 
 def keep(key: str, data: dict[str, Any]) -> None:
     """Keep data by a name, in the user's cache folder. Without one everything works, and takes longer."""
     with suppress(OSError):
-        write_whole(_file(key), json.dumps(data).encode())
+        write_whole(_file(key), json.dumps({"digest": _digest(data), "data": data}).encode())
+
+
+def _digest(data: dict[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()
 
 
 def _file(key: str) -> Path:

@@ -30,7 +30,8 @@ def collision_bodies(model: pin.Model, urdf: Urdf, meshes: Mapping[str, Pieces])
     """Return the collision bodies of a URDF, in the order of the model's links.
 
     They are named as Pinocchio's reader does: the link and the number of its `<collision>`; where a mesh has several
-    pieces, and the number of the piece. That reader itself takes what it can read and leaves out the rest.
+    pieces, also a dot and the number of the piece, so that no two have one name. That reader itself takes what it can
+    read and leaves out the rest.
 
     Args:
         model: All joints.
@@ -56,7 +57,7 @@ def collision_bodies(model: pin.Model, urdf: Urdf, meshes: Mapping[str, Pieces])
                 # In one order, whatever file they come from: distances depend on it in their last digits.
                 shapes = [convex_shape(np.unique(vertices + 0.0, axis=0)) for vertices in meshes[body.where]]
             for k, shape in enumerate(shapes):
-                name = f"{frame.name}_{i}" if len(shapes) == 1 else f"{frame.name}_{i}_{k}"
+                name = f"{frame.name}_{i}" if len(shapes) == 1 else f"{frame.name}_{i}.{k}"
                 made = pin.GeometryObject(name, frame.parentJoint, index, placement, shape)
                 made.meshColor = COLOUR
                 bodies.addGeometryObject(made)

@@ -92,7 +92,7 @@ def examine(
     """
     written = {body.where: body for link in mechanism.urdf.links.values() for body in link.collisions if _is_mesh(body)}
     is_cut_as_said = file.decomposed is not None or not written
-    if is_cut_as_said and file.initial is not None and None not in (file.pairs.left_out, file.pairs.distances):
+    if is_cut_as_said and file.initial is not None and file.pairs.complete:
         asked = _asked_for(mechanism.urdf, file)
         bodies = _bodies(mechanism, written, meshes, asked, file.as_written)
         pairs = find_pairs(mechanism.model, bodies, mechanism.urdf, None, None, file.pairs)
@@ -145,7 +145,7 @@ def _look(
         bodies = _bodies(mechanism, written, meshes, decomposed)
         possible = possible_pairs(bodies)
         seen = survey(model, bodies, possible, random_postures(lower, upper), full)
-        pairs, lost = find_pairs(model, bodies, urdf, srdf, seen, file.pairs), None
+        pairs, lost = find_pairs(model, bodies, urdf, srdf, None if file.pairs.complete else seen, file.pairs), None
         if not is_cut_as_said:
             lost = originals.lost(bodies, pairs.left_out, seen)
             if count > POSTURES or lost.share <= limit < lost.most:

@@ -18,6 +18,8 @@ import pinocchio as pin
 from humanoid_rail._arrays import Array
 from humanoid_rail.model.collision_bodies import coal_placement
 
+AWAY = " away from "
+"""The name of a far part is that of its body, this, and that of the other body."""
 SHARE = 0.5
 """Bodies are cut off at this share of the shorter one's length from the pivot."""
 SAME_POINT = 1e-6
@@ -73,15 +75,12 @@ class _Bar:
 def far_parts(model: pin.Model, first: pin.GeometryObject, second: pin.GeometryObject) -> FarParts | None:
     """Return the far parts of two bodies; None if they are no neighbours or have no part that is far from the joint."""
     joints = _joints_between(model, first.parentJoint, second.parentJoint)
-    if not 0 < len(joints) <= MOST_JOINTS:
-        return None
-    pivots = _pivots(model, joints, first, second)
+    pivots = _pivots(model, joints, first, second) if 0 < len(joints) <= MOST_JOINTS else None
     if pivots is None:
         return None
-    bars = [_bar(body, pivot) for body, pivot in zip((first, second), pivots, strict=True)]
-    if bars[0] is None or bars[1] is None:
+    one, other = (_bar(body, pivot) for body, pivot in zip((first, second), pivots, strict=True))
+    if one is None or other is None:
         return None
-    one, other = bars[0], bars[1]
     distance = SHARE * min(one.end + one.cap, other.end + other.cap)
     cuts = [
         _cut(body, pivot, bar, distance) for body, pivot, bar in zip((first, second), pivots, (one, other), strict=True)
@@ -89,14 +88,8 @@ def far_parts(model: pin.Model, first: pin.GeometryObject, second: pin.GeometryO
     if cuts[0] is None or cuts[1] is None:
         return None
     reach = min(float(np.hypot(bar.end + bar.cap, bar.aside)) for bar in (one, other))
-    return FarParts(
-        distance=distance,
-        first=_named(first, cuts[0], second),
-        second=_named(second, cuts[1], first),
-        joints=joints,
-        reach=reach,
-        turns_nothing=_idle(model, joints, (first, second), (one, other)),
-    )
+    parts = _named(first, cuts[0], second), _named(second, cuts[1], first)
+    return FarParts(distance, *parts, joints, reach, _idle(model, joints, (first, second), (one, other)))
 
 
 def may_meet(model: pin.Model, parts: FarParts, q: Array) -> bool:
@@ -194,7 +187,7 @@ def _pivots(
     places = [data.oMi[body.parentJoint] * body.placement for body in (first, second)]
     # The point nearest to the axes of all joints and, where that leaves it open, to the axes of the bodies.
     rows, sides = [], []
-    lines = [(data.J[3:, model.joints[j].idx_v], data.oMi[j].translation, 1.0) for j in joints]
+    lines = [(_axis(model, data, j), data.oMi[j].translation, 1.0) for j in joints]
     lines += [
         (place.rotation[:, _longest(body)], place.translation, SAME_POINT)
         for place, body in zip(places, (first, second), strict=True)
@@ -214,6 +207,12 @@ def _pivots(
         if np.linalg.norm(one - other) > SAME_POINT * size:
             return None
     return pivots[0], pivots[1]
+
+
+def _axis(model: pin.Model, data: pin.Data, joint: int) -> Array:
+    """Return the axis (3,) of a revolute joint, of length 1, where the Jacobians of the joints are computed."""
+    # Of a single joint Pinocchio has a flat array.
+    return np.array(np.reshape(data.J, (6, model.nv))[3:, model.joints[joint].idx_v])
 
 
 def _half(body: pin.GeometryObject) -> Array:
@@ -252,9 +251,12 @@ def _bar(body: pin.GeometryObject, pivot: Array) -> _Bar | None:
 
 
 def _cut(body: pin.GeometryObject, pivot: Array, bar: _Bar, distance: float) -> tuple[coal.ShapeBase, pin.SE3] | None:
-    """Return what is left of a body beyond a distance from the pivot, or a little more; None if nothing is cut off."""
+    """Return what is left of a body beyond a distance from the pivot, or a little more.
+
+    None if nothing is cut off, or something is left behind the pivot too.
+    """
     begin = np.sqrt(max(distance**2 - bar.aside**2, 0.0))
-    if begin <= max(bar.begin, 0.0) or begin >= bar.end:
+    if not max(bar.begin, bar.cap - bar.begin, 0.0) < begin < bar.end:
         return None
     shape, length = body.geometry, bar.end - begin
     center = np.zeros(3)
@@ -274,8 +276,7 @@ def _cut(body: pin.GeometryObject, pivot: Array, bar: _Bar, distance: float) -> 
 def _named(
     body: pin.GeometryObject, cut: tuple[coal.ShapeBase, pin.SE3], other: pin.GeometryObject
 ) -> pin.GeometryObject:
-    name = f"{body.name} away from {other.name}"
-    part = pin.GeometryObject(name, body.parentJoint, body.parentFrame, cut[1], cut[0])
+    part = pin.GeometryObject(f"{body.name}{AWAY}{other.name}", body.parentJoint, body.parentFrame, cut[1], cut[0])
     part.meshColor = body.meshColor
     return part
 
@@ -291,7 +292,7 @@ def _idle(
     pin.computeJointJacobians(model, data, pin.neutral(model))
     idle = set()
     for joint, body, bar in zip((joints[0], joints[-1]), bodies, bars, strict=True):
-        axis = data.J[3:, model.joints[joint].idx_v]
+        axis = _axis(model, data, joint)
         own = (data.oMi[body.parentJoint] * body.placement).rotation[:, bar.axis]
         if bar.is_on_axis and np.linalg.norm(np.cross(axis, own)) <= SAME_POINT:
             idle.add(joint)

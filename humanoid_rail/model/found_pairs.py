@@ -12,7 +12,7 @@ import pinocchio as pin
 from humanoid_rail._arrays import Array
 from humanoid_rail.errors import InvalidInput, did_you_mean
 from humanoid_rail.model.pairs import DISABLED, NO_JOINT
-from humanoid_rail.model.robot_file import PairEntry, PairsEntry
+from humanoid_rail.model.robot_file import DistanceEntry, PairsEntry
 from humanoid_rail.model.survey import ALWAYS_NEAR, POSTURES, Survey
 from humanoid_rail.model.urdf import Urdf
 
@@ -49,16 +49,17 @@ def find_pairs(
 ) -> FoundPairs:
     """Return the pairs of links that are left out, and those of bodies that are always near each other.
 
-    Left out are links that no joint moves relative to each other, those that an SRDF disables, neighbours in the URDF,
-    and those that touch in each of the random postures. How often a pair touches is said with the reason.
+    Left out are links that no joint moves relative to each other, those that an SRDF or a robot file leaves out,
+    neighbours in the URDF, and those that touch in each of the random postures. How often a pair touches is said with
+    the reason.
 
     Args:
         model: All joints.
         bodies: The bodies.
         urdf: The robot.
         srdf: Its SRDF, if any.
-        seen: What is known of all pairs that are on different joints; None if a robot file says all.
-        given: What a robot file says instead.
+        seen: What is known of all pairs that are on different joints; None if the robot file says all.
+        given: What a robot file says beside that.
 
     Raises:
         InvalidInput: If a robot file names a link or a body that is not there.
@@ -69,15 +70,12 @@ def find_pairs(
         for (i, a), (j, b) in combinations(enumerate(bodies.geometryObjects), 2)
         if a.parentJoint == b.parentJoint and links[i] != links[j]
     }
-    if given.left_out is not None:
-        left_out |= {_named(links, entry.links): entry.why for entry in given.left_out}
-    else:
-        assert seen is not None
-        left_out |= _reasons(links, urdf, srdf, seen)
-    if given.distances is not None:
-        return FoundPairs(left_out, {pair: e.distance or 0.0 for e in given.distances for pair in _bodies(links, e)})
-    assert seen is not None
-    return FoundPairs(left_out, _always_near(links, seen, left_out))
+    named = {_named(links, entry.links): entry.why for entry in given.left_out}
+    own = {pair: entry.distance for entry in given.distances for pair in _bodies(links, entry)}
+    if seen is None:
+        return FoundPairs(left_out | named, own)
+    left_out |= _reasons(links, urdf, srdf, seen, named)
+    return FoundPairs(left_out, _always_near(links, seen, left_out) | own)
 
 
 def _named(links: Sequence[str], pair: tuple[str, str]) -> frozenset[str]:
@@ -90,7 +88,7 @@ def _named(links: Sequence[str], pair: tuple[str, str]) -> frozenset[str]:
     return frozenset(pair)
 
 
-def _bodies(links: Sequence[str], entry: PairEntry) -> list[tuple[int, int]]:
+def _bodies(links: Sequence[str], entry: DistanceEntry) -> list[tuple[int, int]]:
     """Return the bodies of two links that an entry of a robot file is about, by index."""
     _named(links, entry.links)
     of_links = [[i for i, link in enumerate(links) if link == name] for name in entry.links]
@@ -103,19 +101,23 @@ def _bodies(links: Sequence[str], entry: PairEntry) -> list[tuple[int, int]]:
 
 
 def _disabled(srdf: Element | None) -> dict[frozenset[str], str]:
-    """Return the pairs that an SRDF disables, with the reason that it gives."""
-    found = {}
+    """Return the pairs that an SRDF disables and does not enable again, with the reason that it gives."""
+    found: dict[frozenset[str], str] = {}
     for pair in srdf.findall("disable_collisions") if srdf is not None else ():
         link, other = pair.get("link1"), pair.get("link2")
         if link is None or other is None:
             raise InvalidInput("srdf.disable_collisions", dict(pair.attrib), "link1 and link2")
         why = pair.get("reason")
         found[frozenset((link, other))] = f"{DISABLED} ({why})" if why else DISABLED
+    for pair in srdf.findall("enable_collisions") if srdf is not None else ():
+        found.pop(frozenset((pair.get("link1", ""), pair.get("link2", ""))), None)
     return found
 
 
-def _reasons(links: Sequence[str], urdf: Urdf, srdf: Element | None, seen: Survey) -> dict[frozenset[str], str]:
-    disabled, neighbours, found = _disabled(srdf), _neighbours(urdf), {}
+def _reasons(
+    links: Sequence[str], urdf: Urdf, srdf: Element | None, seen: Survey, named: Mapping[frozenset[str], str]
+) -> dict[frozenset[str], str]:
+    disabled, neighbours, found = {**_disabled(srdf), **named}, _neighbours(urdf), {}
     for pair, touches in _touching(links, seen).items():
         share = f"they touch in {touches.mean():.0%} of {len(touches)} random postures"
         if pair in disabled:

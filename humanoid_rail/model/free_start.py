@@ -9,11 +9,13 @@ import numpy as np
 import pinocchio as pin
 
 from humanoid_rail._arrays import Array
-from humanoid_rail.errors import InvalidInput
+from humanoid_rail.errors import MISSING, InvalidInput
 from humanoid_rail.model.building import Mechanism
 from humanoid_rail.model.found_pairs import FoundPairs, possible_pairs
 from humanoid_rail.model.survey import ALWAYS_NEAR, NEAR, random_postures, survey
 
+MOST_PAIRS = 3
+"""No more pairs than this are named."""
 LEAVE_OUT = "name them in pairs.left_out if that is how the robot is built"
 """What can be done about links that touch wherever it was looked."""
 
@@ -47,16 +49,21 @@ def free_start(
         distances = survey(mechanism.model, bodies, checked, q[None], mechanism.full_configuration).distances[0]
         near = np.flatnonzero(np.minimum(distances, NEAR) <= room)
         if not len(near):
-            return q, why
+            before = f"; at {count} places before it too near each other are {_often(in_the_way, count)}"
+            return q, why + (before if count else "")
         count += 1
         in_the_way.update({" and ".join(links[index] for index in checked[int(k)]) for k in near})
-    worst = in_the_way.most_common(3)
     if is_given:
-        said = f"one at which nothing touches; there {', '.join(names for names, _ in worst)} do; {LEAVE_OUT}"
+        worst = ", ".join(names for names, _ in in_the_way.most_common(MOST_PAIRS))
+        said = f"one at which nothing touches; there {worst} do; {LEAVE_OUT}"
         raise InvalidInput("initial", places[0][1].tolist(), said)
-    often = ", ".join(f"{names} in {times / count:.0%}" for names, times in worst)
     said = f"one at which nothing touches, by initial=...; of {count} postures that were tried none is free: too near "
-    raise InvalidInput("initial", "not given", f"{said}each other are {often}; {LEAVE_OUT}")
+    raise InvalidInput("initial", MISSING, f"{said}each other are {_often(in_the_way, count)}; {LEAVE_OUT}")
+
+
+def _often(pairs: Counter[str], count: int) -> str:
+    """Return the pairs that are too near each other most often, and in which share of a number of places."""
+    return ", ".join(f"{names} in {times / count:.0%}" for names, times in pairs.most_common(MOST_PAIRS))
 
 
 def _with_random(mechanism: Mechanism, places: Sequence[tuple[str, Array]]) -> Iterator[tuple[str, Array]]:

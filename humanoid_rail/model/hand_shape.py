@@ -13,7 +13,7 @@ from humanoid_rail._arrays import Array, triple
 from humanoid_rail.model.building import Mechanism
 from humanoid_rail.model.collision_bodies import coal_placement
 from humanoid_rail.model.hands import FINGER, TOOL, moving_before
-from humanoid_rail.model.robot import Hand
+from humanoid_rail.model.robot import Hand, called
 from humanoid_rail.model.urdf import Urdf
 
 ALONG = float(np.cos(np.radians(40.0)))
@@ -57,7 +57,7 @@ def hands_by_shape(
     done, said = [], []
     for hand, why in zip(hands, found, strict=True):
         if why:
-            said.append(f"The hand {hand.name} is {hand.frame}, {why}.")
+            said.append(f"T{called(hand.name)[1:]} is {hand.frame}, {why}.")
         if as_written:
             done.append(hand)
             continue
@@ -67,7 +67,7 @@ def hands_by_shape(
         if given is None and hand.pointing is not None:
             along = " ".join(f"{x:g}" for x in hand.pointing)
             reason = "as its fingers do" if shape.pointing else "by custom, as no fingers say otherwise"
-            said.append(f"The hand {hand.name} points along {along} of {hand.frame}, {reason}.")
+            said.append(f"T{called(hand.name)[1:]} points along {along} of {hand.frame}, {reason}.")
         if shape.ahead > AHEAD and shape.pointing == hand.pointing:
             said.append(f"The fingers of the hand {hand.name} end {shape.ahead:.2f} m in front of {hand.frame}.")
         if shape.around and why:

@@ -16,7 +16,7 @@ from humanoid_rail.model.humanoid import RobotArguments, argument_parameters, bu
 from humanoid_rail.model.loading import robot_of
 from humanoid_rail.model.robot import Hand, Robot
 from humanoid_rail.model.robot_file import IN_FILES_ONLY, NAME, RobotFile, make_robot_file, read_robot_file
-from humanoid_rail.model.sources import SUFFIXES
+from humanoid_rail.model.sources import SUFFIXES, is_there
 
 FILES = (".yaml", ".yml", ".json")
 """Robot files have these endings."""
@@ -81,8 +81,8 @@ def load_robot(source: str | Path | None = None, **arguments: Any) -> Robot:
         source: A URDF or xacro: its path or text. A robot file, or a folder with a `robot.yaml`. A name: one of
             `robots/` such as `"panda"`, `PACKAGE:ROBOT` for a model of an installed Python package such as
             `"example-robot-data:baxter"`, or `NAME_description` of `robot_descriptions`.
-        **arguments: With a source the fields of a robot file, which they replace: :class:`FileArguments` and
-            docs/robots.md describe them. Without, the arguments of the paper's robot: link lengths `l_*` (m), `beta`
+        **arguments: With a source the fields of a robot file, which they replace; docs/robots.md describes them.
+            Without, the arguments of the paper's robot: link lengths `l_*` (m), `beta`
             (rad), `link_radius` (m), limits `*_lower`, `*_upper`, `*_velocity`, `*_acceleration`, `*_effort` (m, rad,
             s, N, N m) and `density` (kg/m^3), for example ``link_radius=0.0``.
 
@@ -92,14 +92,15 @@ def load_robot(source: str | Path | None = None, **arguments: Any) -> Robot:
     """
     if source is None or source == PAPER:
         if wrong := [name for name in arguments if name in RobotFile.model_fields]:
-            raise InvalidInput(wrong[0], arguments[wrong[0]], f"beside the source of a robot; {PAPER} has its own")
+            valid = f"given with the source of a robot, such as load_robot('my.urdf', {wrong[0]}=...)"
+            raise InvalidInput(wrong[0], arguments[wrong[0]], valid)
         return paper_robot(build_urdf(**arguments))
     for name in arguments:
         known = [field for field in RobotFile.model_fields if field not in IN_FILES_ONLY]
         if name not in known:
-            valid = f"an argument of a robot file{did_you_mean(name, known)}: {', '.join(known)}"
+            valid = f"an argument that is one of {', '.join(known)}{did_you_mean(name, known)}"
             if name in xacro_arguments():
-                valid = f"without a source: it is an argument of the paper's robot. {valid}"
+                valid = f"an argument of the paper's robot alone, which has no source; here {', '.join(known)}"
             raise InvalidInput(name, arguments[name], valid)
     given = {name: _plain(name, value) for name, value in arguments.items()}
     if (path := _robot_file(source)) is not None:
@@ -124,9 +125,7 @@ def _robot_file(source: object) -> Path | None:
     if not isinstance(source, Path) and (not isinstance(source, str) or "<" in source):
         return None
     path = Path(source)
-    if path.suffix in FILES:
-        return path
-    return path if path.is_dir() and (path / NAME).is_file() else None
+    return path if path.suffix in FILES or is_there(path / NAME) else None
 
 
 def _check_name(source: object) -> None:
@@ -137,31 +136,51 @@ def _check_name(source: object) -> None:
     """
     if not isinstance(source, str) or "<" in source or ":" in source or source.endswith("_description"):
         return
-    if Path(source).suffix not in SUFFIXES and not Path(source).exists():
+    if Path(source).suffix not in SUFFIXES and not is_there(source, Path.exists):
         valid = f"the path of a URDF, xacro or robot file, its text, PACKAGE:ROBOT, or one of {', '.join(robots())}"
         raise InvalidInput("robot", source, f"{valid}{did_you_mean(source, robots())}")
 
 
-def _with(file: RobotFile, given: Mapping[str, object]) -> RobotFile:
-    data = {name: getattr(file, name) for name in file.model_fields_set}
+def _with(file: RobotFile, given: Mapping[str, Any]) -> RobotFile:
+    """Return a robot file with other fields. What it says of joints that these lock does not count any more."""
+    data: dict[str, Any] = {name: getattr(file, name) for name in file.model_fields_set}
+    moving, locked = given.get("joints"), {*_names(given, "locked"), *_names(given, "locked_joints")}
+
+    def moves(name: str) -> bool:
+        return name not in locked and (moving is None or name in moving)
+
+    if (moving is not None or locked) and not isinstance(moving, str):
+        if file.joints is not None:
+            data["joints"] = tuple(filter(moves, file.joints))
+        if isinstance(file.initial, Mapping):
+            data["initial"] = {name: x for name, x in file.initial.items() if moves(name)}
+        if moving is not None:
+            data["locked"] = {name: x for name, x in file.locked.items() if name not in moving}
+        data["hands"] = {
+            name: hand.model_copy(update={"arm": None if hand.arm is None else tuple(filter(moves, hand.arm))})
+            for name, hand in (file.hands or {}).items()
+        } or None
     return make_robot_file({**data, **given})
+
+
+def _names(given: Mapping[str, Any], field: str) -> Sequence[str]:
+    value = given.get(field, ())
+    return () if isinstance(value, str) else tuple(value)
 
 
 def _plain(name: str, value: Any) -> object:
     """Return an argument as a robot file has it."""
     match name, value:
-        case "hands", Mapping():
-            return {hand: {"frame": entry} if isinstance(entry, str) else entry for hand, entry in value.items()}
         case "hands", _ if isinstance(value, Sequence) and all(isinstance(hand, Hand) for hand in value):
             return {hand.name: {"frame": hand.frame, "arm": hand.arm, "pointing": hand.pointing} for hand in value}
         case "base", pin.SE3():
             return {"xyz": value.translation.tolist(), "rpy": pin.rpy.matrixToRpy(value.rotation).tolist()}
         case "packages", str() | Path():
-            return (str(value),)
+            return (str(Path(value).absolute()),)
         case "packages", _ if isinstance(value, Sequence):
             return tuple(str(Path(place).absolute()) for place in value)
-        case "srdf", Path():
-            return str(value)
+        case "srdf", Path() | str() if "<" not in str(value):
+            return str(Path(value).absolute())
         case _ if isinstance(value, np.ndarray):
             return value.tolist()
     return value

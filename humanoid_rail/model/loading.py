@@ -20,10 +20,10 @@ from humanoid_rail.model.hand_shape import hands_by_shape
 from humanoid_rail.model.hands import FoundHand, arm_of, find_hands, moving_before, with_leaders
 from humanoid_rail.model.pairs import choose_pairs
 from humanoid_rail.model.postures import MovingJoints, named_postures, starts
-from humanoid_rail.model.robot import Hand, Robot
+from humanoid_rail.model.robot import Hand, Robot, called
 from humanoid_rail.model.robot_file import FULL_TURN, RobotFile
-from humanoid_rail.model.sources import SUFFIXES, Source, find_source, package_root
-from humanoid_rail.model.srdf_names import warn_of_unknown_names
+from humanoid_rail.model.sources import SUFFIXES, Source, find_source, is_there, package_root
+from humanoid_rail.model.srdf_checks import check_srdf
 from humanoid_rail.model.urdf import Urdf, read_urdf
 from humanoid_rail.model.urdf_changes import Changes, changed_urdf, resting_place
 from humanoid_rail.model.urdf_elements import parse_xml
@@ -44,7 +44,10 @@ def robot_of(file: RobotFile, folder: Path) -> Robot:
     source = _source(file, folder)
     original = read_urdf(source.urdf)
     srdf = parse_xml("srdf", source.srdf) if source.srdf is not None else None
-    warn_of_unknown_names(srdf, original)
+    if srdf is not None:
+        check_srdf(srdf, original)
+    if file.pairs.complete and srdf is not None and srdf.find("disable_collisions") is not None:
+        warnings.warn("pairs.complete is true, so the pairs that the SRDF disables are not left out", stacklevel=3)
     entries = _hands(file, original, srdf)
     locked = _locked(file, original, [entry.frame for entry in entries])
     text, more = changed_urdf(original, _changes(file, original, locked))
@@ -125,7 +128,7 @@ def _path_or_text(said: str | None, root: Path) -> str | Path | None:
     """Return a path, unless what a robot file says is a text or the name of a robot."""
     if said is None or "<" in said:
         return said
-    is_file = (Path(said).suffix in (*SUFFIXES, ".srdf") and ":" not in said) or (root / said).is_file()
+    is_file = (Path(said).suffix in (*SUFFIXES, ".srdf") and ":" not in said) or is_there(root / said)
     return root / said if is_file else said
 
 
@@ -167,6 +170,9 @@ def _locked(file: RobotFile, urdf: Urdf, frames: Sequence[str]) -> dict[str, flo
             if name not in able:
                 valid = f"joints of the URDF that move{did_you_mean(name, sorted(able))}: {', '.join(sorted(able))}"
                 raise InvalidInput(field, name, valid)
+    for name in (file.joints or ()) if file.locked or file.locked_joints else ():
+        if name in file.locked or name in file.locked_joints:
+            raise InvalidInput("joints", name, "joints that move; this one is locked, too")
     if file.joints is not None:
         moving = {joint for name in file.joints for joint in with_leaders(urdf, name)}
     else:
@@ -182,8 +188,8 @@ def _locked(file: RobotFile, urdf: Urdf, frames: Sequence[str]) -> dict[str, flo
         if joint.mimic is not None:
             if (leader := place(joint.mimic.joint)) is not None:
                 return joint.mimic.multiplier * leader + joint.mimic.offset
-            return resting_place(joint) if name in file.locked_joints else None
-        return None if name in moving else resting_place(joint)
+            return resting_place(joint, file.limits.get(name)) if name in file.locked_joints else None
+        return None if name in moving else resting_place(joint, file.limits.get(name))
 
     for name, joint in urdf.joints.items():
         if joint.kind != "fixed" and (at := place(name)) is not None:
@@ -268,6 +274,4 @@ def _warn_of_links(robot: Robot, urdf: Urdf) -> None:
     for hand in robot.hands:
         joint = robot.model.frames[robot.model.getFrameId(hand.frame)].parentJoint
         if all(body.parentJoint != joint for body in robot.collision_model.geometryObjects):
-            warnings.warn(
-                f"the hand {hand.name} has no collision body: nothing on its last joint has one", stacklevel=2
-            )
+            warnings.warn(f"{called(hand.name)} has no collision body: nothing on its last joint has one", stacklevel=2)

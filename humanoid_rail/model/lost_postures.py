@@ -137,6 +137,6 @@ def _sources(urdf: Urdf, bodies: Sequence[pin.GeometryObject], links: Sequence[s
     """Return for each body the element of the URDF that it stands for."""
     found = []
     for body, link in zip(bodies, links, strict=True):
-        number = body.name.removeprefix(f"{link}_").partition("_")[0]
+        number = body.name.removeprefix(f"{link}_").partition(".")[0]
         found.append(urdf.links[link].collisions[int(number)])
     return found

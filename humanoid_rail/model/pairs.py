@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from xml.etree import ElementTree
@@ -78,25 +78,32 @@ def choose_pairs(
         if reason is None:
             checked.append((i, j))
             continue
-        added, why = _far_pair(model, bodies[i], bodies[j], q)
-        if added:
-            parts.append((collision_model.addGeometryObject(added[0]), collision_model.addGeometryObject(added[1])))
+        far, why = far_pair(model, bodies[i], bodies[j], q)
+        if far is not None and why.startswith(IN_PART):
+            parts.append((collision_model.addGeometryObject(far.first), collision_model.addGeometryObject(far.second)))
         of_pair = known.setdefault((a, b), [])
         if why not in of_pair:
             of_pair.append(why)
-    left_out = (UncheckedPair(a, b, _said(disabled[frozenset((a, b))], whys)) for (a, b), whys in known.items())
+    left_out = (UncheckedPair(a, b, said(disabled[frozenset((a, b))], whys)) for (a, b), whys in known.items())
     return Pairs((*checked, *parts), tuple(left_out))
 
 
-def _said(reason: str, known: list[str]) -> str:
+def said(reason: str, known: Sequence[str]) -> str:
     """Return why a pair of links is left out, and what is known of its bodies nevertheless."""
-    return reason if known == [reason] else f"{reason}; {', of others of their bodies: '.join(known)}"
+    return reason if list(known) == [reason] else f"{reason}; {', of others of their bodies: '.join(known)}"
 
 
-def _far_pair(
+def far_pair(
     model: pin.Model, first: pin.GeometryObject, second: pin.GeometryObject, q: Array
-) -> tuple[tuple[pin.GeometryObject, pin.GeometryObject] | None, str]:
-    """Return the far parts of a pair that have to be checked, if any, and what is known of the pair."""
+) -> tuple[FarParts | None, str]:
+    """Return the far parts of two bodies that are not checked whole, if there are any, and what is known of the pair.
+
+    Args:
+        model: All joints with their limits.
+        first: A body.
+        second: Another one.
+        q: Configuration (model.nq,) of all joints where the robot starts.
+    """
     if first.parentJoint == second.parentJoint:
         return None, NO_JOINT
     parts = far_parts(model, first, second)
@@ -104,10 +111,10 @@ def _far_pair(
         return None, NOWHERE
     beyond = _beyond(parts)
     if not may_meet(model, parts, q):
-        return None, f"{NO_MEETING} {beyond}"
+        return parts, f"{NO_MEETING} {beyond}"
     if part_distance(model, model.createData(), parts, q) <= 0.0:
-        return None, f"{NOWHERE}: where the robot starts they touch {beyond}"
-    return (parts.first, parts.second), checked_in_part(parts)
+        return parts, f"{NOWHERE}: where the robot starts they touch {beyond}"
+    return parts, checked_in_part(parts)
 
 
 def checked_in_part(parts: FarParts) -> str:

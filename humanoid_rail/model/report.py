@@ -8,7 +8,11 @@ from itertools import groupby
 import coal
 import numpy as np
 
+from humanoid_rail.model.far_parts import AWAY
 from humanoid_rail.model.robot import Robot
+
+MOST_PAIRS = 8
+"""No more pairs than this are named with one reason."""
 
 
 def report_of(robot: Robot) -> str:
@@ -20,8 +24,8 @@ def report_of(robot: Robot) -> str:
         "Joints that are locked": [f"{name} at {value:.6g}" for name, value in robot.locked.items()],
         "Postures": list(robot.postures),
         "Bodies": _bodies(robot),
-        "Links that are seen or have a mass, without a body": list(robot.links_without_body),
-        "Pairs of links that are not checked, or only in part": [str(pair) for pair in robot.unchecked_pairs],
+        "Links with visuals or a mass and without a collision body": list(robot.links_without_body),
+        "Pairs of links that are not checked, or only in part": _unchecked(robot),
         "Pairs that are kept nearer than the safety distance": _near(robot),
         "Found or assumed": list(robot.assumed),
     }
@@ -46,7 +50,6 @@ def _joints(robot: Robot) -> list[str]:
     """Return a table: limits of position, speed and acceleration, and the start."""
     rows: list[tuple[str, ...]] = [("joint", "unit", "from", "to", "speed", "acceleration", "start")]
     for i, name in enumerate(robot.joint_names):
-        slides = robot.model.joints[robot.model.getJointId(name)].shortname().startswith("JointModelP")
         values = (
             robot.lower[i],
             robot.upper[i],
@@ -54,7 +57,7 @@ def _joints(robot: Robot) -> list[str]:
             robot.acceleration_limit[i],
             robot.initial[i],
         )
-        rows.append((name, "m" if slides else "rad", *(f"{value:.4g}" for value in values)))
+        rows.append((name, robot.unit_of(name), *(f"{value:.4g}" for value in values)))
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
     return [
         f"{row[0]:<{widths[0]}}  "
@@ -78,9 +81,28 @@ def _followers(robot: Robot) -> list[str]:
 def _bodies(robot: Robot) -> list[str]:
     bodies = zip(robot.link_names, robot.collision_model.geometryObjects, strict=True)
     return [
-        f"{link}: {', '.join(_shape(body.geometry) for _, body in group)}"
+        f"{link}: {', '.join(_shape(body.geometry) + _away(body.name) for _, body in group)}"
         for link, group in groupby(bodies, key=lambda pair: pair[0])
     ]
+
+
+def _away(name: str) -> str:
+    """Return what is added to a body that is the far part of another one."""
+    other = name.partition(AWAY)[2]
+    return f" (what of it is away from {other})" if other else ""
+
+
+def _unchecked(robot: Robot) -> list[str]:
+    """Return the reasons, each with its pairs."""
+    pairs: dict[str, list[str]] = {}
+    for pair in robot.unchecked_pairs:
+        pairs.setdefault(pair.why, []).append(f"{pair.link} and {pair.other}")
+    return [f"{_some(names)}: {why}" for why, names in pairs.items()]
+
+
+def _some(names: Sequence[str]) -> str:
+    more = len(names) - MOST_PAIRS
+    return ", ".join(names[:MOST_PAIRS]) + (f" and {more} more pairs (robot.unchecked_pairs)" if more > 0 else "")
 
 
 def _shape(shape: coal.CollisionGeometry) -> str:
@@ -99,5 +121,5 @@ def _shape(shape: coal.CollisionGeometry) -> str:
 
 def _near(robot: Robot) -> list[str]:
     links = robot.link_names
-    named = {f"{links[i]} and {links[j]}: {apart:.3g} m" for (i, j), apart in robot.pair_distances.items()}
+    named = {f"{links[i]} and {links[j]}: {1e3 * apart:.3g} mm" for (i, j), apart in robot.pair_distances.items()}
     return sorted(named)

@@ -33,6 +33,11 @@ class Hand:
     it points nowhere: then no target can ask for a direction."""
 
 
+def called(hand: str) -> str:
+    """Return what sentences call a hand by its name: the left hand, or the left_hand."""
+    return f"the {hand}" if "hand" in hand.lower() else f"the {hand} hand"
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Robot(FrozenArrays):
     """A robot whose joints follow its actuated ones linearly: q_full = S q + s0.
@@ -106,6 +111,14 @@ class Robot(FrozenArrays):
         return tuple(unchecked_pairs(self.link_names, self.self_collision_pairs, self.left_out))
 
     @cached_property
+    def moving_bodies(self) -> tuple[bool, ...]:
+        """Whether any actuated joint moves each of the collision bodies."""
+        moved = {0: False}
+        for joint, parent in enumerate(list(self.model.parents)[1:], start=1):
+            moved[joint] = moved[parent] or bool(self.coupling[self.model.joints[joint].idx_v].any())
+        return tuple(moved[body.parentJoint] for body in self.collision_model.geometryObjects)
+
+    @cached_property
     def links_without_body(self) -> tuple[str, ...]:
         """Links that are visible or have a mass, and no collision body: nothing is known of what they touch."""
         return links_without_body(read_urdf(self.urdf), self.link_names)
@@ -172,6 +185,11 @@ class Robot(FrozenArrays):
         from humanoid_rail.model.report import report_of
 
         return report_of(self)
+
+    def unit_of(self, joint: str) -> str:
+        """Return the unit of a joint's position: m or rad."""
+        kind = self.model.joints[self.model.getJointId(joint)].shortname()
+        return "m" if kind.startswith("JointModelP") else "rad"
 
     def arm_columns(self, hand: Hand) -> list[int]:
         """Return the indices in q of the joints of a hand's arm."""

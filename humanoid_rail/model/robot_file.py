@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
@@ -44,7 +45,7 @@ Start = Annotated[
 
 def _in_words(value: object) -> object:
     """Take what the format does anyway, said in words, as nothing."""
-    return {} if isinstance(value, str) and value.startswith(ELSEWHERE) else value
+    return {} if isinstance(value, str) and re.fullmatch(rf"{ELSEWHERE}(?![.\d]).*", value) else value
 
 
 class _OfRobot(Frozen):
@@ -62,6 +63,15 @@ class HandEntry(_OfRobot):
     """The joints of its arm; the last ones that only this hand needs if not given."""
     pointing: Vector | None = None
     """The direction in the frame in which the hand points; targets with `approach` need one."""
+
+
+HandOrFrame = Annotated[
+    HandEntry,
+    BeforeValidator(
+        lambda value: {"frame": value} if isinstance(value, str) else value, json_schema_input_type=HandEntry | str
+    ),
+]
+"""A hand, or its frame alone."""
 
 
 class LimitEntry(_OfRobot):
@@ -89,25 +99,34 @@ class BaseEntry(_OfRobot):
 
 
 class PairEntry(_OfRobot):
-    """Two links."""
+    """Two links that are not checked against each other."""
+
+    links: Annotated[tuple[str, str], BeforeValidator(plain)]
+    """Their names."""
+    why: str = "left out by the robot file"
+    """Why they are left out."""
+
+
+class DistanceEntry(_OfRobot):
+    """Two links that are kept nearer to each other than others."""
 
     links: Annotated[tuple[str, str], BeforeValidator(plain)]
     """Their names."""
     bodies: Annotated[tuple[BodyNumber, BodyNumber], BeforeValidator(plain)] | None = None
     """Which of the bodies of each link a distance is about, counted from 0; all of both if not given."""
-    why: str = "left out by the robot file"
-    """Why they are left out."""
-    distance: Annotated[float, Field(ge=0.0)] | None = None
+    distance: Annotated[float, Field(ge=0.0)]
     """How far apart they are kept where that is less than the safety distance, m."""
 
 
 class PairsEntry(_OfRobot):
-    """Pairs of links, instead of what is found by itself."""
+    """Pairs of links, beside those that are found by themselves."""
 
-    left_out: Annotated[tuple[PairEntry, ...], BeforeValidator(plain)] | None = None
-    """All pairs that are not checked; found by itself if not given."""
-    distances: Annotated[tuple[PairEntry, ...], BeforeValidator(plain)] | None = None
-    """Pairs with a distance of their own; found by itself if not given."""
+    left_out: Annotated[tuple[PairEntry, ...], BeforeValidator(plain)] = ()
+    """Pairs that are not checked, beside those that are found."""
+    distances: Annotated[tuple[DistanceEntry, ...], BeforeValidator(plain)] = ()
+    """Pairs with a distance of their own, beside those that are found."""
+    complete: bool = False
+    """Whether these are all: then none is looked for, nor taken from the SRDF. `robot.save` writes it."""
 
 
 class RobotFile(_OfRobot):
@@ -127,10 +146,10 @@ class RobotFile(_OfRobot):
     """The Python package whose models the robot is one of, such as `example-robot-data>=5`."""
     packages: Names = ()
     """Folders of ROS packages, or folders that hold them, relative to this file."""
-    xacro: dict[str, str | float | bool] = Field(default_factory=dict)
+    xacro: dict[str, str | int | float | bool] = Field(default_factory=dict)
     """Arguments of the xacro."""
-    hands: dict[str, HandEntry] | None = None
-    """The hands by name; found by itself if not given."""
+    hands: dict[str, HandOrFrame] | None = None
+    """The hands by name, or their frames; found by themselves if not given."""
     joints: Names | None = None
     """The joints that move; those that a hand needs if not given."""
     locked: Annotated[Positions, BeforeValidator(_in_words, json_schema_input_type=Positions | str)] = Field(
@@ -170,8 +189,9 @@ def read_robot_file(path: str | Path) -> RobotFile:
     Raises:
         InvalidInput: If it is missing, is not YAML or no robot file; the error names the field.
     """
-    file = Path(path) / NAME if Path(path).is_dir() else Path(path)
+    file = Path(path)
     try:
+        file = file / NAME if file.is_dir() else file
         text = file.read_text(encoding="utf-8")
     except (OSError, ValueError) as error:
         raise InvalidInput("robot", str(file), f"a robot file that can be read ({error})") from None

@@ -84,7 +84,7 @@ def _bodies(robot: Robot, links: Mapping[str, Link]) -> dict[tuple[str, int], li
         number, _, parts = body.name.removeprefix(f"{link}_").partition(" ")
         if parts:  # a far part, which is made when the robot is loaded
             continue
-        number = number.partition("_")[0]
+        number = number.partition(".")[0]
         key = (link, int(number) if number.isdecimal() else -1)
         shape = links[link].collisions[key[1]].shape if key in found else None
         if shape is None or not (isinstance(shape, MeshFile) or _size(shape) == _size(body.geometry)):
@@ -150,6 +150,7 @@ def _robot_file(robot: Robot, urdf: str, left_out: Mapping[frozenset[str], str])
         "locked_already": {name: float(x) for name, x in robot.locked.items()},
         "decomposed": [],
         "pairs": {
+            "complete": True,
             "left_out": [{"links": sorted(pair), "why": why} for pair, why in left_out.items()],
             "distances": [
                 {"links": [links[i], links[j]], "bodies": [numbers[i], numbers[j]], "distance": float(d)}

@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 import importlib
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import metadata
 from pathlib import Path
 
 from humanoid_rail.errors import InvalidInput, did_you_mean
-from humanoid_rail.geometry.mesh_names import package_folders
+from humanoid_rail.model.xacro import without_xacro
 
 SUFFIXES = (".urdf", ".xacro", ".xml")
 """Files with these endings hold URDFs, as they are or for xacro to make."""
 DESCRIPTIONS = "robot_descriptions"
 """The package whose modules know where robots are, or fetch them."""
-
-_COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
-_XACRO = re.compile(r"<xacro:|\$[({]")
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,13 +53,13 @@ def find_source(
     """
     places = tuple(Path(place).absolute() for place in packages)
     for place in places:
-        if not place.is_dir():
+        if not is_there(place, Path.is_dir):
             raise InvalidInput("packages", str(place), "folders of packages that are there")
     if isinstance(urdf, str) and "<" in urdf:
-        text = _without_xacro(urdf, Path.cwd(), places, xacro_arguments)
+        text = without_xacro(urdf, Path.cwd(), places, xacro_arguments)
         return Source(text, None if srdf is None else _srdf_text(srdf), packages=places)
     file = find_file(urdf)
-    text = _without_xacro(_text("urdf", file), file.parent, places, xacro_arguments, file)
+    text = without_xacro(_text("urdf", file), file.parent, places, xacro_arguments, file)
     found = () if _is_path(urdf) else (f"The URDF is {file.name} of {str(urdf).partition(':')[0]}.",)
     beside = _beside(file) if srdf is None and not _is_path(urdf) else None
     if beside is not None:
@@ -79,7 +75,7 @@ def find_file(name: str | Path, field: str = "urdf") -> Path:
     """
     if isinstance(name, Path) or _is_path(name):
         file = Path(name)
-        if not file.is_file():
+        if not is_there(file):
             raise InvalidInput(field, str(name), "a file that is there, or the name of a robot as PACKAGE:ROBOT")
         return file
     if not isinstance(name, str):
@@ -87,10 +83,18 @@ def find_file(name: str | Path, field: str = "urdf") -> Path:
     package, separator, robot = name.partition(":")
     if package == DESCRIPTIONS or (not separator and name.endswith("_description")):
         return _described(field, robot or name)
-    if not separator:
+    if not (package and separator and robot):
         valid = "a file that is there, its text, a name as PACKAGE:ROBOT, or one of the robots in docs/robots.md"
         raise InvalidInput(field, name, valid)
     return _named(field, package, robot)
+
+
+def is_there(path: str | Path, kind: Callable[[Path], bool] = Path.is_file) -> bool:
+    """Return whether there is a file of a name, or something else by `kind`; there is none of what cannot be a name."""
+    try:
+        return kind(Path(path))
+    except (OSError, ValueError):  # too long, a folder that may not be looked into, a NUL
+        return False
 
 
 def package_root(package: str) -> Path:
@@ -109,14 +113,14 @@ def package_root(package: str) -> Path:
 
 def _is_path(name: str | Path) -> bool:
     said = str(name)
-    return isinstance(name, Path) or Path(said).is_file() or (Path(said).suffix in SUFFIXES and ":" not in said)
+    return isinstance(name, Path) or is_there(said) or (Path(said).suffix in SUFFIXES and ":" not in said)
 
 
 def _models(package: str) -> list[Path]:
     """Return the URDF and xacro files of an installed Python package."""
     try:
         distribution = metadata.distribution(package)
-    except metadata.PackageNotFoundError:
+    except (metadata.PackageNotFoundError, ValueError):
         valid = f"an installed Python package with models: python -m pip install {package}"
         raise InvalidInput("package", package, valid) from None
     files = [file for file in distribution.files or () if file.suffix in SUFFIXES[:2]]
@@ -200,7 +204,7 @@ def _beside(urdf: Path) -> Path | None:
 def _text(field: str, file: Path) -> str:
     try:
         return file.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
+    except (OSError, ValueError) as error:
         raise InvalidInput(field, str(file), f"a file that can be read ({error})") from error
 
 
@@ -210,44 +214,3 @@ def _srdf_text(srdf: str | Path) -> str:
     if not isinstance(srdf, str | Path):
         raise InvalidInput("srdf", srdf, "the path of an SRDF, or its text")
     return _text("srdf", Path(srdf))
-
-
-def _without_xacro(
-    text: str,
-    folder: Path,
-    packages: tuple[Path, ...],
-    arguments: Mapping[str, object] | None,
-    file: Path | None = None,
-) -> str:
-    """Return the URDF that xacro makes of a text; a text without anything of xacro as it is."""
-    if not _XACRO.search(_COMMENT.sub("", text)):
-        if arguments:
-            raise InvalidInput("xacro_arguments", dict(arguments), "none: the file has nothing of xacro")
-        return text
-    import xacro
-    from xacro import substitution_args
-
-    def find(package: str) -> str:
-        places = list(dict.fromkeys(package_folders(package, folder, packages)))
-        for place in places:
-            if place.is_dir():
-                return str(place)
-        looked = ", ".join(map(str, places))
-        raise InvalidInput("urdf", f"$(find {package})", f"a package that is there; looked at: {looked}")
-
-    before = substitution_args._eval_find
-    substitution_args._eval_find = find  # the one of xacro needs ROS
-    try:
-        xacro.init_stacks(str(file) if file else None)
-        document = xacro.parse(text, str(file) if file else None)
-        xacro.process_doc(document, mappings={name: str(value) for name, value in (arguments or {}).items()})
-    except InvalidInput:
-        raise
-    except Exception as error:  # xacro raises whatever the expressions in the file do
-        raise InvalidInput("urdf", str(file or text), f"xacro that can be processed ({error})") from error
-    finally:
-        substitution_args._eval_find = before
-    if not document.getElementsByTagName("link"):
-        raise InvalidInput("urdf", str(file or text), "a xacro that makes links; one with macros alone is for others")
-    made: str = document.toprettyxml(indent="  ")
-    return made

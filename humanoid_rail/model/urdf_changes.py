@@ -63,20 +63,48 @@ def changed_urdf(urdf: Urdf, changes: Changes) -> tuple[str, tuple[str, ...]]:
     moving = [joint for joint in urdf.joints.values() if joint.kind != "fixed" and joint.name not in changes.locked]
     elements = {element.get("name"): element for element in root.findall("joint")}
     for name, value in changes.locked.items():
-        _lock(elements[name], urdf.joints[name], value)
+        _lock(elements[name], urdf.joints[name], value, changes.limits.get(name))
     assumed = [note for joint in moving if joint.mimic is None for note in _limit(elements[joint.name], joint, changes)]
     for joint in moving:
         if joint.mimic is not None:
             _limit_follower(elements, joint, urdf, changes)
+    if not changes.as_written:
+        assumed += [
+            ("have a safety_controller, whose soft limits are not used", joint.name)
+            for joint in moving
+            if elements[joint.name].find("safety_controller") is not None
+        ]
+    _warn_of_time(moving, changes)
     _place(root, urdf, changes.base)
     return ElementTree.tostring(root, encoding="unicode"), tuple(_gathered(assumed))
 
 
-def resting_place(joint: Joint) -> float:
+def _warn_of_time(moving: Sequence[Joint], changes: Changes) -> None:
+    """Warn of a time for accelerations where all joints that move have limits of them."""
+    lacking = [
+        joint
+        for joint in moving
+        if (joint.limit is None or not np.isfinite(joint.limit.acceleration))
+        and changes.limits.get(joint.name, LimitEntry()).acceleration is None
+    ]
+    if changes.acceleration_time is not None and (changes.as_written or not lacking):
+        all_have = "each joint that moves has a limit of acceleration already"
+        warnings.warn(f"acceleration_time: of no effect, as {all_have}; limits can change them", stacklevel=3)
+
+
+def resting_place(joint: Joint, given: LimitEntry | None = None) -> float:
     """Return where a joint stands that is locked without a position: at 0 or at its limit next to it, m or rad."""
-    if joint.limit is None or joint.kind == "continuous":
-        return 0.0
-    return float(np.clip(0.0, joint.limit.lower, joint.limit.upper))
+    return float(np.clip(0.0, *_position_limits(joint, given)))
+
+
+def _position_limits(joint: Joint, given: LimitEntry | None) -> tuple[float, float]:
+    """Return within what a joint can be locked: limits that are given, else its own; m or rad."""
+    is_limited = joint.limit is not None and joint.kind in ("revolute", "prismatic")
+    lower, upper = (joint.limit.lower, joint.limit.upper) if is_limited and joint.limit else (-np.inf, np.inf)
+    if given is not None:
+        lower = lower if given.lower is None else given.lower
+        upper = upper if given.upper is None else given.upper
+    return lower, upper
 
 
 def _check_moves(urdf: Urdf, field_name: str, name: str) -> None:
@@ -86,15 +114,17 @@ def _check_moves(urdf: Urdf, field_name: str, name: str) -> None:
         raise InvalidInput(field_name, name, valid)
 
 
-def _lock(element: Element, joint: Joint, value: float) -> None:
+def _lock(element: Element, joint: Joint, value: float, given: LimitEntry | None) -> None:
     """Make a joint fixed where it is at a position, m or rad."""
     if joint.kind in ("planar", "floating") and value != 0.0:
         raise InvalidInput(f"locked.{joint.name}", value, f"0, as the joint is {joint.kind}")
-    if joint.limit is not None and joint.kind in ("revolute", "prismatic"):
-        rounding = 1e-9 * max(1.0, joint.limit.upper - joint.limit.lower)
-        if not joint.limit.lower - rounding <= value <= joint.limit.upper + rounding:
-            valid = f"a position within the limits of the joint, {joint.limit.lower!r} to {joint.limit.upper!r}"
-            raise InvalidInput(f"locked.{joint.name}", value, valid)
+    lower, upper = _position_limits(joint, given)
+    rounding = 1e-9 * min(max(1.0, upper - lower), 1e3)
+    if not lower - rounding <= value <= upper + rounding:
+        valid = f"a position within the limits of the joint, {lower!r} to {upper!r}"
+        raise InvalidInput(f"locked.{joint.name}", value, valid)
+    if given is not None:
+        warnings.warn(f"limits.{joint.name}: of no effect on motions, as the joint is locked", stacklevel=4)
     element.set("type", "fixed")
     for child in list(element):
         if child.tag not in ("origin", "parent", "child"):
@@ -135,6 +165,9 @@ def _limit(element: Element, joint: Joint, changes: Changes) -> list[tuple[str, 
                 notes.append(
                     f"have no limit of acceleration: one that reaches the speed limit in {time:g} s is assumed"
                 )
+    if entry.acceleration is not None:
+        for own in [name for name in limit.attrib if name.rpartition(":")[2] == "deceleration"]:
+            del limit.attrib[own]
     values = {"lower": entry.lower, "upper": entry.upper, "velocity": speed, "acceleration": acceleration}
     _write(limit, values | {"jerk": entry.jerk})
     return [(note, joint.name) for note in notes]

@@ -19,7 +19,7 @@ from humanoid_rail.planning.methods import as_method
 from humanoid_rail.planning.options import PlanningMethod
 from humanoid_rail.planning.segments import Segments, joined, plan_segments, segment_problem
 from humanoid_rail.planning.size import check_size, size_hint
-from humanoid_rail.planning.start import check_start
+from humanoid_rail.planning.start import check_start, warn_of_depth
 from humanoid_rail.planning.units import warn_of_units
 from humanoid_rail.problem import Problem
 from humanoid_rail.result import Motion, Provenance, Samples, Status, Verdict
@@ -62,6 +62,7 @@ def plan(robot: Robot, scene: Scene, method: PlanningMethod | str = "auto") -> T
     chosen.check(scene)
     check_size(robot, chosen)
     warn_of_units(robot, scene)
+    warn_of_depth(robot, scene)
     first = segment_problem(robot, scene, 0, start_of_scene(robot, scene))
     # The motion is judged with all hands, also those that have no target.
     kinematics = chosen.kinematics(first if first.robot is robot else Problem(robot, scene, first.tasks, first.q))

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import warnings
+
 import coal
 import numpy as np
 
 from humanoid_rail._arrays import Array
+from humanoid_rail.collision.unmoved_pairs import unmoved_pairs
 from humanoid_rail.errors import InvalidInput
 from humanoid_rail.kinematics.state import KinematicsModel
+from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import HalfSpace, Obstacle, name_of
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.search.reachability import MILLIMETRES
+
+DEEP = 0.01
+"""A body that stands on something is no deeper in it than this, m."""
 
 
 def check_start(field: str, kinematics: KinematicsModel, scene: Scene, start: Array, least: float) -> None:
@@ -41,6 +48,12 @@ def check_start(field: str, kinematics: KinematicsModel, scene: Scene, start: Ar
         one, other = robot.self_collision_pairs[int(there.self_clearance.argmin())]
         near = f"{robot.link_names[one]} is {_where(there.self_clearance.min())} {robot.link_names[other]}"
         raise InvalidInput(field, rounded, f"a start in which no links touch: {near}")
+
+
+def warn_of_depth(robot: Robot, scene: Scene) -> None:
+    """Warn of obstacles in which a body of the robot is from the start and stays, as no joint moves it."""
+    for pair, distance in unmoved_pairs(robot, scene.obstacles, -DEEP):
+        warnings.warn(f"{pair.link} is {-distance:.3g} m inside {pair.other}, and neither moves", stacklevel=3)
 
 
 def _check_radius(kinematics: KinematicsModel) -> None:

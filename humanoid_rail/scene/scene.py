@@ -162,7 +162,7 @@ def check_scene(robot: Robot, scene: Scene) -> None:
         where = field_of_step(scene, number)
         for hand, target in step.items():
             if hand not in robot.hand_names:
-                valid = f"no such hand; the targets are for {_list(robot.hand_names)}"
+                valid = f"a target for {_list(robot.hand_names)}, the hands of the robot"
                 valid += did_you_mean(hand, robot.hand_names)
                 raise InvalidInput(f"{where}.{hand}", target, valid)
             point = (0.0, 0.0, 0.0) if target is None else position(target)

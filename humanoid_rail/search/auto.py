@@ -36,10 +36,11 @@ from humanoid_rail.resolution.qp import Safety
 from humanoid_rail.resolution.rollout import rollout
 from humanoid_rail.resolution.velocity import Gains, penalty
 from humanoid_rail.result import Status
+from humanoid_rail.search.blocked_targets import blocked_target, targets_inside
 from humanoid_rail.search.exact_end import EXACT, error_at, error_left
 from humanoid_rail.search.goal_sampler import seeds
 from humanoid_rail.search.path_search import QP, PathSearch
-from humanoid_rail.search.reachability import TimedOut, blocked_target, followed, out_of_reach
+from humanoid_rail.search.reachability import TimedOut, followed, out_of_reach
 from humanoid_rail.search.smoothing import round_corners, time_path
 
 STEP = 0.05
@@ -138,7 +139,8 @@ def find_path(
     search.sample()
     result = _result(search, motion.evaluations)
     if search.best is None:
-        return result
+        inside = [] if search.known else list(targets_inside(problem.tasks, problem.obstacles))
+        return replace(result, reason="; ".join([result.reason, *inside]))
     path, checker = _smoothed(problem, search, motion.q[:first], least)
     return replace(
         result,

@@ -1,33 +1,23 @@
-"""Why there may be no goal configuration at all.
-
-A hand at its target may touch something whatever the configuration is, and its target may be farther away than any
-configuration reaches. Both are told apart before a path is looked for.
-"""
+"""How far targets are out of reach, which is told before a path is looked for."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from itertools import combinations, islice
-from typing import TypeGuard
+from itertools import islice
 
-import coal
 import numpy as np
 
 from humanoid_rail._arrays import Array
-from humanoid_rail.errors import short, told_apart
+from humanoid_rail.errors import short
 from humanoid_rail.kinematics.inverse_kinematics import InverseKinematics
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.state import State
 from humanoid_rail.kinematics.task import DirectionTask, PointTask, RelativeTask, Task
 from humanoid_rail.kinematics.task_stack import stack_error, stack_jacobian
-from humanoid_rail.model.collision_bodies import coal_placement
-from humanoid_rail.model.pair_distances import own_distances
-from humanoid_rail.model.robot import Hand, Robot
+from humanoid_rail.model.robot import Robot, called
 from humanoid_rail.resolution.velocity import Gains
-from humanoid_rail.scene.obstacles import Obstacle, name_of
-from humanoid_rail.scene.shapes import placed_shapes
 from humanoid_rail.search.goal_sampler import seeds
 
 REACH_SEEDS = 48
@@ -38,51 +28,12 @@ MAX_STEPS = 100
 """The search for the smallest error takes at most this many steps."""
 TURNED = 1e-5
 """A hand is turned as it has to be where its points are no farther than this from their places, m."""
-POINT = 1e-9
-"""A point is a ball of this radius, m."""
-
 MILLIMETRES = 30.0
 """Targets that are farther out of reach than this may have been given in millimetres, m."""
 
 
 class TimedOut(Exception):
     """The time for planning was over before the reach was known."""
-
-
-def blocked_target(
-    robot: Robot, tasks: Sequence[Task], obstacles: tuple[Obstacle, ...], distance: float, tolerance: float
-) -> str | None:
-    """Return why a hand cannot be at its target, whatever the configuration; None if it may be.
-
-    The body of a hand holds a ball around the hand's point. Where the ball touches something, so does the body.
-
-    Args:
-        robot: The robot.
-        tasks: What is to be reached; those that put a hand's own point somewhere are looked at.
-        obstacles: At rest.
-        distance: What links keep from obstacles and from each other, m.
-        tolerance: How far a hand may stay from its target, m.
-    """
-    targets = {task.hand: np.array(task.target, float) for task in tasks if _is_hand_at_point(task)}
-    balls = {hand.name: _ball(robot, hand) for hand in robot.hands if hand.name in targets}
-    request = coal.DistanceRequest()
-    for name, (radius, body) in balls.items():
-        if body < 0:
-            continue  # A point outside of all bodies, as between fingers, may be inside of what they hold.
-        ball, center = coal.Sphere(max(radius, POINT)), coal.Transform3s(np.eye(3), targets[name])
-        for i, obstacle in enumerate(obstacles):
-            for shape, placement in placed_shapes(obstacle):
-                clearance = coal.distance(ball, center, shape, placement, request, coal.DistanceResult())
-                if clearance < distance - tolerance:
-                    return f"the {name} hand at its target would {_near(clearance, name_of(obstacles, i), distance)}"
-    for one, other in combinations(balls, 2):
-        gap = float(np.linalg.norm(targets[one] - targets[other]))
-        clearance = gap - balls[one][0] - balls[other][0]
-        kept = _kept_apart(robot, balls[one][1], balls[other][1], distance)
-        if clearance < kept - 2 * tolerance:
-            near = _near(clearance, f"the {other} hand", kept)
-            return f"with both at their targets, the {one} hand would {near}"
-    return None
 
 
 def out_of_reach(
@@ -143,10 +94,6 @@ def _are_followed(tasks: Sequence[Task]) -> list[bool]:
 
 def _turns(task: Task) -> bool:
     return type(task) is DirectionTask or (type(task) is PointTask and any(task.offset))
-
-
-def _is_hand_at_point(task: Task) -> TypeGuard[PointTask]:
-    return type(task) is PointTask and not any(task.offset)
 
 
 class _Reach:
@@ -225,7 +172,7 @@ def _too_far(judge: _Reach, tasks: Sequence[Task], together: float, tolerance: f
 def _named(task: Task) -> tuple[str, str]:
     """Return what errors call a task, and the unit of its error."""
     if isinstance(task, PointTask):
-        return f"the target of the {task.hand} hand", "m"
+        return f"the target of {called(task.hand)}", "m"
     return f"what {short(task)} asks for", "m" if isinstance(task, DirectionTask | RelativeTask) else "(m or rad)"
 
 
@@ -236,7 +183,7 @@ def _not_turned(judge: _Reach, tasks: Sequence[Task], together: float) -> str:
     turned = {hand: some for hand, some in turned.items() if any(map(_turns, some))}
     alone = {hand: judge.excess(some, TURNED, TURN_SEEDS) for hand, some in turned.items()}
     far = [
-        f"the {hand} hand is {_degrees(judge.robot, error, turned[hand])} deg from how it has to be turned"
+        f"{called(hand)} is {_degrees(judge.robot, error, turned[hand])} deg from how it has to be turned"
         for hand, error in alone.items()
         if error
     ]
@@ -244,7 +191,7 @@ def _not_turned(judge: _Reach, tasks: Sequence[Task], together: float) -> str:
         return f"the targets are in reach, but there {', and '.join(far)}, or more"
     left = f"{_degrees(judge.robot, together, of_hands)} deg are left, or more"
     if len(turned) == 1:
-        return f"the {next(iter(turned))} hand can be turned as it has to be, but not with the other tasks done: {left}"
+        return f"{called(next(iter(turned)))} can be turned as it has to be, but not with the other tasks done: {left}"
     return f"each hand can be turned as it has to be, but not {'both' if len(turned) == 2 else 'all'} at once: {left}"
 
 
@@ -258,32 +205,3 @@ def _degrees(robot: Robot, error: float, tasks: Sequence[PointTask | DirectionTa
         for task in tasks
     ]
     return f"{np.rad2deg(2.0 * np.arcsin(min(1.0, error / (2.0 * float(np.linalg.norm(levers)))))):.2g}"
-
-
-def _ball(robot: Robot, hand: Hand) -> tuple[float, int]:
-    """Return the radius of the largest ball around a hand's point that a body holds, m, and the body, or -1."""
-    frame = robot.model.frames[robot.model.getFrameId(hand.frame)]
-    point = coal.Sphere(POINT)
-    center = coal.Transform3s(np.eye(3), frame.placement.translation)
-    radius, holds = 0.0, -1
-    for i, body in enumerate(robot.collision_model.geometryObjects):
-        if body.parentJoint == frame.parentJoint:
-            placement = coal_placement(body.placement)
-            result = coal.DistanceResult()
-            distance = coal.distance(point, center, body.geometry, placement, coal.DistanceRequest(), result)
-            if -float(distance) > radius:
-                radius, holds = -float(distance), i
-    return radius, holds
-
-
-def _kept_apart(robot: Robot, one: int, other: int, distance: float) -> float:
-    """Return how far apart two bodies are kept, m; minus infinity if they are not checked against each other."""
-    pairs = zip(robot.self_collision_pairs, own_distances(robot), strict=True)
-    return max((min(distance, float(own)) for pair, own in pairs if {*pair} == {one, other}), default=-np.inf)
-
-
-def _near(clearance: float, what: str, distance: float) -> str:
-    if clearance < 0:
-        return f"be {-clearance:.3g} m inside {what}"
-    near = told_apart(clearance, distance, 3)
-    return f"be {near} m from {what}, nearer than the safety distance, safety_distance = {distance:g} m"

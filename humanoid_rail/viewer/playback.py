@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import signal
 import threading
-import time
 import webbrowser
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import TYPE_CHECKING
+
+from humanoid_rail._signals import END_ASKED
 
 # meshcat, SciPy and what draws with them are imported where they are used: the command line imports this module first.
 if TYPE_CHECKING:
@@ -133,8 +134,8 @@ def show_page(page: str, *, open_browser: bool = True, on_ready: Callable[[str],
         on_ready(url)
         if open_browser:
             webbrowser.open(url, new=2)
-        while True:
-            time.sleep(0.5)
+        while not END_ASKED.wait(0.5):
+            pass
 
 
 @contextmanager
@@ -142,6 +143,7 @@ def _interruptible() -> Iterator[None]:
     """Let INT, TERM and HUP raise KeyboardInterrupt, INT also where a shell has it ignored, as for background jobs."""
 
     def interrupt(_signal: int, _frame: FrameType | None) -> None:
+        END_ASKED.set()
         raise KeyboardInterrupt
 
     signals = {signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM)}
@@ -151,5 +153,6 @@ def _interruptible() -> Iterator[None]:
     try:
         yield
     finally:
+        END_ASKED.clear()
         for s, handler in before.items():
             signal.signal(s, handler)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from running import Ran, assert_bad_input
+from running import Ran, assert_bad_input, started
 
 from humanoid_rail import build_urdf
 
@@ -34,3 +34,21 @@ def test_what_is_wrong_is_said(capfd: pytest.CaptureFixture[str], tmp_path: Path
     assert_bad_input(Ran(capfd, "robot", "x.urdf", "--hands", "left"), "NAME=FRAME")
     assert_bad_input(Ran(capfd, "robot", tmp_path / "none.urdf"), "none.urdf")
     assert_bad_input(Ran(capfd, "robot", "--no-view", "--out", tmp_path), "out")
+
+
+def test_warnings_are_lines_of_stderr_and_a_page_is_offered(tmp_path: Path) -> None:
+    (tmp_path / "own.urdf").write_text(build_urdf(), encoding="utf-8")
+    hands = ["--hands", "left=left_hand", "--hands", "right=right_hand"]
+    out, errors = (process := started("robot", "own.urdf", *hands, cwd=tmp_path)).communicate()
+    assert process.returncode == 0, errors
+    lines = errors.splitlines()
+    assert lines
+    assert all(line.startswith("Warning: ") and ".py" not in line for line in lines)
+    assert len(set(lines)) == len(lines)
+    assert "--out FILE writes the page" in out
+
+
+def test_another_robot_needs_a_scene(capfd: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    (tmp_path / "robot.yaml").write_text("urdf: own.urdf\nhands: {left: left_hand}\n", encoding="utf-8")
+    (tmp_path / "own.urdf").write_text(build_urdf(), encoding="utf-8")
+    assert_bad_input(Ran(capfd, "plan", "--robot", tmp_path), "scene is missing; valid: a SCENE for this robot")

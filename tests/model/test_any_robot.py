@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from importlib import metadata
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -165,3 +166,81 @@ def test_a_robot_with_a_link_world_gets_a_base() -> None:
     urdf = long_arm(more=f'{world}{stand}<link name="extra"/>{other}')
     robot = load_robot(urdf, hands=HAND, base={"xyz": [0.0, 0.0, 2.0]})
     assert robot.model.frames[robot.model.getFrameId("base")].placement.translation[2] == 2.0
+
+
+@pytest.mark.parametrize("names", [["j3"], ["j3", "j4"]])
+def test_an_arm_of_too_few_joints_that_move_is_refused(names: list[str]) -> None:
+    with pytest.raises(InvalidInput, match=r"hands\.tool\.arm is .*three joints that move or more"):
+        load_robot(long_arm(), hands={"tool": {"frame": "l5"}}, joints=names)
+
+
+def test_a_saved_robot_can_have_joints_locked(tmp_path: Path) -> None:
+    load_robot(long_arm(), hands=HAND, initial={"j0": 0.3, "j4": 0.2}).save(tmp_path)
+    for given in ({"locked": {"j4": 0.5}}, {"locked_joints": ["j4"]}, {"joints": ["j0", "j1", "j2", "j3", "j5"]}):
+        robot = load_robot(tmp_path, **given)
+        assert robot.joint_names == ("j0", "j1", "j2", "j3", "j5")
+        assert robot.hands[0].arm == robot.joint_names
+        assert robot.initial[0] == 0.3
+        assert robot.locked["j4"] == given.get("locked", {}).get("j4", 0.0)
+    with pytest.warns(UserWarning, match=r"acceleration_time: of no effect"):
+        load_robot(tmp_path, acceleration_time=1.0)
+
+
+def test_a_joint_is_locked_or_moves() -> None:
+    with pytest.raises(InvalidInput, match=r"joints is 'j5'; valid: joints that move; this one is locked"):
+        load_robot(long_arm(), hands=HAND, joints=[f"j{i}" for i in range(6)], locked={"j5": 0.1})
+
+
+def test_limits_that_are_given_are_those_of_locked_joints_too() -> None:
+    hand = {"hand": {"frame": "l4"}}
+    with pytest.warns(UserWarning, match=r"limits\.j5: of no effect on motions"):
+        robot = load_robot(long_arm(), hands=hand, locked={"j5": 1.8}, limits={"j5": {"upper": 2.0}})
+    assert robot.locked["j5"] == 1.8
+    with pytest.raises(InvalidInput, match=r"locked\.j5 is 1\.2.*-1\.5 to 1\.0"):
+        load_robot(long_arm(), hands=hand, locked={"j5": 1.2}, limits={"j5": {"upper": 1.0}})
+    with pytest.warns(UserWarning, match=r"limits\.j5: of no effect on motions"):
+        resting = load_robot(long_arm(), hands=hand, limits={"j5": {"lower": 0.4}})
+    assert resting.locked["j5"] == 0.4
+
+
+def test_an_acceleration_that_is_given_replaces_a_deceleration() -> None:
+    urdf = long_arm(joints={"j1": 'lower="-1" upper="1" velocity="1" acceleration="3" deceleration="2"'})
+    assert load_robot(urdf, hands=HAND).acceleration_limit[1] == 2.0
+    assert load_robot(urdf, hands=HAND, limits={"j1": {"acceleration": 9.0}}).acceleration_limit[1] == 9.0
+
+
+def test_soft_limits_that_are_not_used_are_said() -> None:
+    soft = '<safety_controller soft_lower_limit="-1" soft_upper_limit="1" k_velocity="1"/>'
+    robot = load_robot(long_arm(joints={"j1": soft}), hands=HAND)
+    assert said(robot, "safety_controller") == [
+        "The joints j1 have a safety_controller, whose soft limits are not used."
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "match"),
+    [
+        (
+            '<disable_collision link1="l0" link2="l3"/>',
+            r"srdf\.disable_collision: no element .* did you mean disable_c",
+        ),
+        ('<disable_default_collisions link="l3"/>', r"srdf\.disable_default_collisions is not followed"),
+        ('<group name="g"><disable_collisions link1="l0" link2="l3"/></group>', r"1 disable_collisions inside"),
+    ],
+)
+def test_what_an_srdf_says_in_vain_is_warned_of(text: str, match: str) -> None:
+    with pytest.warns(UserWarning, match=match):
+        robot = load_robot(long_arm(), hands=HAND, srdf=srdf(text))
+    assert {"l0", "l3"} not in [{pair.link, pair.other} for pair in robot.left_out]
+
+
+@pytest.mark.parametrize("text", ["<foo/>", long_arm()])
+def test_what_is_no_srdf_is_refused(text: str) -> None:
+    with pytest.raises(InvalidInput, match=r"srdf is .<.*; valid: an SRDF"):
+        load_robot(long_arm(), hands=HAND, srdf=text)
+
+
+def test_pairs_that_an_srdf_enables_again_are_checked() -> None:
+    pair = 'link1="l0" link2="l3"'
+    robot = load_robot(long_arm(), hands=HAND, srdf=srdf(f"<disable_collisions {pair}/><enable_collisions {pair}/>"))
+    assert {"l0", "l3"} not in [{pair.link, pair.other} for pair in robot.left_out]

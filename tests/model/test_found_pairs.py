@@ -71,9 +71,21 @@ def test_links_that_leave_no_start_free_are_named() -> None:
     urdf = long_arm(joints={"j0": 'lower="-0.8" upper="0.8" velocity="1"'}, more=balls)
     with pytest.raises(InvalidInput, match=r"initial .*none is free.*l0 and (one|two) in \d\d%.*pairs\.left_out"):
         load_robot(urdf)
-    pairs = [("one", "l0"), ("two", "l0"), *((f"l{i}", f"l{i + 1}") for i in range(5))]
-    freed = load_robot(urdf, pairs={"left_out": [{"links": pair, "why": "as it is built"} for pair in pairs]})
-    assert why(freed)[frozenset(("l0", "one"))].startswith("as it is built")
+    pairs = [("one", "l0"), ("two", "l0")]
+    freed = why(load_robot(urdf, pairs={"left_out": [{"links": pair, "why": "as it is built"} for pair in pairs]}))
+    assert freed[frozenset(("l0", "one"))].startswith("as it is built; they touch in ")
+    assert freed[frozenset(("l0", "l1"))].startswith("neighbours at the joint j1")
+
+
+def test_pairs_that_are_complete_are_all_there_are() -> None:
+    given = {"left_out": [{"links": ["l0", "l1"]}], "complete": True}
+    srdf = '<robot name="long"><disable_collisions link1="l2" link2="l4"/></robot>'
+    urdf = long_arm(links={f"l{i}": ball(0.01) for i in range(6)})
+    with pytest.warns(UserWarning, match=r"pairs\.complete.*SRDF"):
+        robot = load_robot(urdf, srdf=srdf, pairs=given)
+    assert set(why(robot)) == {frozenset(("l0", "l1"))}
+    added = why(load_robot(urdf, srdf=srdf, pairs={"left_out": given["left_out"]}))
+    assert {frozenset(("l0", "l1")), frozenset(("l2", "l4")), frozenset(("l4", "l5"))} < set(added)
 
 
 def found(
@@ -116,7 +128,7 @@ def test_a_distance_is_that_of_two_bodies_not_of_their_links() -> None:
 
 def test_distances_of_bodies_are_given_and_saved(tmp_path: Path) -> None:
     two = {"l0": ball(0.01) + ball(0.02), "l2": ball(0.01) + ball(0.02)}
-    given = {"left_out": [], "distances": [{"links": ["l2", "l0"], "bodies": [1, 0], "distance": 0.003}]}
+    given = {"complete": True, "distances": [{"links": ["l2", "l0"], "bodies": [1, 0], "distance": 0.003}]}
     more = {"links": ["l0", "l3"], "distance": 0.004}
     given["distances"].append(more)  # type: ignore[attr-defined]
     urdf = long_arm(links=two | {f"l{i}": ball(0.01) for i in (1, 3, 4, 5)})

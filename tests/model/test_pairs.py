@@ -150,3 +150,22 @@ def test_certificates_list_what_they_leave_out(robot: Robot, tmp_path: Path) -> 
     assert trajectory.summary()["certificate"]["unchecked_pairs"][0] == asdict(robot.unchecked_pairs[0])
     write_trajectory(trajectory, tmp_path)
     assert read_trajectory(tmp_path).certificate == certificate
+
+
+def test_a_bar_that_reaches_behind_its_joint_has_no_far_part() -> None:
+    """b1 extends 0.2 m behind j1 and 0.3 m before it: where b0 touches it behind, that is far from the joint too."""
+    long = '<collision><origin xyz="0.05 0 0"/><geometry><box size="0.5 0.04 0.04"/></geometry></collision>'
+    robot = arm(limits={"j1": 'lower="1.4" upper="2.8" velocity="1"'}, body=long)
+    assert [pair.why for pair in robot.unchecked_pairs] == 2 * ["disabled by the SRDF; not checked anywhere"]
+    assert robot.collision_model.ngeoms == 3
+
+
+def test_beyond_limits_it_is_said_what_is_still_not_checked() -> None:
+    ball = '<collision><geometry><sphere radius="0.02"/></geometry></collision>'
+    robot = arm(limits={"j1": 'lower="-1" upper="1" velocity="1"'}, body=capsule(0.5, 0.02) + ball)
+    q = np.array([[0.0, 0.0, 0.0], [0.0, 1.5, 0.0]])
+    nothing = Scene(name="nothing", targets={"tool": (0, 0, 0)})
+    certificate = verify(robot, nothing, SimpleNamespace(t=np.array([0.0, 1.0]), q=q))
+    known = {(pair.link, pair.other): pair.why for pair in certificate.unchecked_pairs}
+    assert "checked only farther than" in known["b0", "b1"]
+    assert "of others of their bodies: not checked anywhere" in known["b0", "b1"]

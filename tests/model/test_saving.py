@@ -77,7 +77,7 @@ def test_what_a_mesh_refers_to_is_saved_with_it(tmp_path: Path, meshy: Robot) ->
 def test_several_pieces_of_one_mesh_are_several_collisions(tmp_path: Path, meshy: Robot) -> None:
     bodies = pin.GeometryModel()
     for body in meshy.collision_model.geometryObjects:
-        for name in (f"{body.name}_0", f"{body.name}_1") if body.name == "b0_0" else (body.name,):
+        for name in (f"{body.name}.0", f"{body.name}.1") if body.name == "b0_0" else (body.name,):
             copy = body.copy()
             copy.name = name
             bodies.addGeometryObject(copy)

@@ -8,7 +8,7 @@ import numpy as np
 from conftest import points
 
 from humanoid_rail import Robot, Sphere
-from humanoid_rail.search.reachability import blocked_target
+from humanoid_rail.search.blocked_targets import blocked_target, targets_inside
 
 PLACES = [[-1.6, 0.6, 3.4], [-1.6, 0.66, 3.4]]
 
@@ -38,3 +38,5 @@ def test_a_point_outside_of_all_bodies_may_be_inside_of_something(robot: Robot) 
     placement.translation = placement.translation * 1.2
     model.frames[frame].placement = placement
     assert blocked_target(replace(robot, model=model), points(np.array(PLACES))[:1], (thing,), 0.01, 1e-3) is None
+    [said] = targets_inside(points(np.array(PLACES))[:1], (Sphere(center=(0.0, 0.0, 0.0), radius=0.1), thing))
+    assert said == "the target of the left hand is 0.1 m inside obstacles[1] (sphere)"

@@ -10,8 +10,9 @@ from humanoid_rail.kinematics.inverse_kinematics import InverseKinematics
 from humanoid_rail.kinematics.task import PointTask
 from humanoid_rail.paper import dh_table as dh
 from humanoid_rail.scene.obstacles import Obstacle
+from humanoid_rail.search.blocked_targets import blocked_target
 from humanoid_rail.search.goal_sampler import pull, seeds
-from humanoid_rail.search.reachability import blocked_target, out_of_reach
+from humanoid_rail.search.reachability import out_of_reach
 
 FREE = {"left": (0.6, -1.8, 2.6), "right": (0.6, 1.8, 2.6)}
 RADIUS = 0.05
