@@ -76,6 +76,7 @@ void ObstacleClearances::place(int obstacle, const coal::Transform3s& placement,
     Body& body = bodies_[i];
     const bool is_listed = std::find(moving_.begin(), moving_.end(), &body) != moving_.end();
     if (body.piece->moves() && !is_listed) moving_.push_back(&body);
+    has_pairs_ = has_pairs_ || (!links_.empty() && body.piece->moves());
     put(body, t_);
   }
 }

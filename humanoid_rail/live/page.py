@@ -170,8 +170,13 @@ class Page:
         # Sharing would open the page to others by way of a server of viser's.
         gui.configure_theme(show_share_button=False, show_logo=False)
         gui.set_panel_label("humanoid_rail")
-        mode = gui.add_dropdown("mode", [str(mode) for mode in Mode], initial_value=str(Mode.PLAN))
-        mode.on_update(by_user(lambda: session.set_mode(Mode(mode.value))))
+        mode: Any = gui.add_dropdown("mode", [str(mode) for mode in Mode], initial_value=str(Mode.PLAN))
+
+        def chosen() -> None:
+            session.set_mode(Mode(mode.value))
+            mode.value = str(session.mode)  # another one, where the robot cannot follow
+
+        mode.on_update(by_user(chosen))
         method = gui.add_dropdown("method", list(METHODS), initial_value=next(iter(METHODS)))
         method.on_update(by_user(lambda: session.set_method(method.value)))
         gui.add_button("Replan").on_click(lambda _: session.replan())

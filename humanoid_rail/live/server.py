@@ -9,6 +9,7 @@ from contextlib import contextmanager, suppress
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, NamedTuple
 
+from humanoid_rail._signals import END_ASKED, interruptible
 from humanoid_rail.errors import HumanoidRailError, checked_number
 from humanoid_rail.live.session import Session
 from humanoid_rail.live.world import World
@@ -87,16 +88,19 @@ def serve(
     port: int = 8080,
     on_ready: Callable[[str], None] = lambda url: None,
 ) -> None:
-    """Serve a live page until interrupted; see :func:`serving`."""
-    with suppress(KeyboardInterrupt), serving(robot, scene, host=host, port=port) as live:
+    """Serve a live page until interrupted (Ctrl-C, or the signals TERM and HUP); see :func:`serving`."""
+    with interruptible(), suppress(KeyboardInterrupt), serving(robot, scene, host=host, port=port) as live:
         on_ready(live.url)
-        while True:
-            time.sleep(0.5)
+        while not END_ASKED.wait(0.5):
+            pass
 
 
 def _tick(show: Callable[..., None], session: Session, ends: threading.Event) -> None:
     last = time.monotonic()
     while not ends.wait(FRAME):
         now = time.monotonic()
-        show(session.tick(now - last))
+        try:
+            show(session.tick(now - last))
+        except Exception as error:  # shown in the page, which goes on
+            session.failed(error)
         last = now

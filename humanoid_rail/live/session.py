@@ -58,7 +58,7 @@ class Session:
         self._planned: Planned | None = None
         self._message, self._plans, self._asked = "", 0, 0
         self._began = time.monotonic()
-        self._worker = Worker(self._failed)
+        self._worker = Worker(self._plan_failed)
         self.replan()
 
     @property
@@ -138,7 +138,12 @@ class Session:
             places = [placement(obstacle) for obstacle in world.scene.obstacles]
             if self._chase is None:
                 return Shown(self._of_plan(), places, self._said())
-            state = self._chase.tick(world, dt)
+            try:
+                state = self._chase.tick(world, dt)
+            except RuntimeError as error:  # its thread has ended
+                self._chase, self._mode = None, Mode.PLAN
+                self.failed(error)
+                return Shown(world.q, places, self._said())
             self._world = world.at(state.q)
             if self._mode is Mode.DRIVE and self._chase.is_stuck and not self.is_planning:
                 self.replan()
@@ -166,10 +171,15 @@ class Session:
             if self._chase is not None and self._mode is Mode.DRIVE:
                 self._chase.take(result.motion if result.certified else None)
 
-    def _failed(self, error: Exception) -> None:
+    def failed(self, error: Exception) -> None:
+        """Show an error that nobody expected; whoever reads it may change what led to it."""
+        with self._lock:
+            self._message = f"**failed**: {plain(f'{type(error).__name__}: {error}')}"
+
+    def _plan_failed(self, error: Exception) -> None:
         with self._lock:
             self._plans = self._asked
-            self._message = f"**failed**: {plain(f'{type(error).__name__}: {error}')}"
+        self.failed(error)
 
     def _of_plan(self) -> Array:
         """Return where the robot is in the plan that is shown (n,); where it stands if there is none."""

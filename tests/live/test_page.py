@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import signal
 import socket
+import subprocess
+import sys
 import threading
 import time
+import urllib.request
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -14,7 +18,7 @@ import pytest
 from conftest import AHEAD
 from screenshot import browser_path
 
-from humanoid_rail import Robot, Scene, Sphere
+from humanoid_rail import InvalidInput, Robot, Scene, Sphere
 from humanoid_rail.live.server import Live, serving
 from humanoid_rail.live.session import Mode
 
@@ -136,3 +140,23 @@ def test_only_this_machine_reaches_it(served: Live) -> None:
     with socket.socket() as other:
         other.settimeout(1.0)
         assert other.connect_ex((own, int(url.rpartition(":")[2]))) != 0
+
+
+def test_the_command_serves_until_it_is_told_to_end() -> None:
+    command = [sys.executable, "-m", "humanoid_rail", "live", "--no-view", "--port", "18090"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        said = next(line for line in process.stdout if line.startswith("Live at"))
+        with urllib.request.urlopen(said.split()[2]) as page:
+            assert page.status == 200
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(PATIENCE) == 0
+        assert not process.stderr.read()
+
+
+def test_a_scene_of_another_robot_is_refused(robot: Robot) -> None:
+    with pytest.raises(InvalidInput, match="targets"), serving(robot, Scene(targets={"tool": (1.0, 0.0, 1.0)})):
+        pass
+    with pytest.raises(InvalidInput, match="port"), serving(robot, SCENE, port=0):
+        pass
