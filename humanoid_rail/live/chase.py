@@ -18,9 +18,9 @@ from humanoid_rail.trajectory import Trajectory
 
 GAIN = 4.0
 """The gain K of what is followed, 1/s."""
-LATENCY = 0.2
-"""No place of an obstacle is known later than this, s: a browser reports a few tens of times a second."""
-SHARE = 0.5
+LATENCY = 0.05
+"""No place of an obstacle is known later than this, s: some thirty times a second it is told."""
+SHARE = 0.9
 """Obstacles move at this share of the speed that the follower is told."""
 LEAD = 0.3
 """What is followed along a route is at most this far ahead, in the time that the joints need at their limits, s."""

@@ -11,7 +11,7 @@ import viser
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.kinematics.kinematics import Kinematics
-from humanoid_rail.live.session import Mode, Session, Shown
+from humanoid_rail.live.session import SPEED, Mode, Session, Shown
 from humanoid_rail.live.triangles import Triangles, obstacle_triangles, triangles
 from humanoid_rail.live.world import World, placed, placement, target_rotation, turned_target
 from humanoid_rail.model.library import load_robot
@@ -180,7 +180,7 @@ class Page:
         method = gui.add_dropdown("method", list(METHODS), initial_value=next(iter(METHODS)))
         method.on_update(by_user(lambda: session.set_method(method.value)))
         gui.add_button("Replan").on_click(lambda _: session.replan())
-        speed = gui.add_slider("obstacles, m/s", 0.05, 2.0, 0.05, 0.5, hint="the fastest, when the robot follows")
+        speed = gui.add_slider("obstacles, m/s", 0.0, 2.0, 0.05, SPEED, hint="the fastest, when the robot follows")
         speed.on_update(by_user(lambda: session.set_obstacle_speed(speed.value)))
         self.markdown = gui.add_markdown("")
         with gui.add_folder("Joints", expand_by_default=False):

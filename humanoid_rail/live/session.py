@@ -19,6 +19,8 @@ from humanoid_rail.live.worker import Worker
 from humanoid_rail.live.world import World, placement
 from humanoid_rail.model.robot import Robot
 
+SPEED = 0.2
+"""Obstacles are no faster than this when the robot follows, unless something else is said, m/s."""
 REST = 1.0
 """A motion that is shown again and again rests so long at its end, s."""
 
@@ -50,7 +52,7 @@ class Shown:
 class Session:
     """A world that is changed by hand. Threads may share it."""
 
-    def __init__(self, world: World, method: str = "auto", obstacle_speed: float = 0.5) -> None:
+    def __init__(self, world: World, method: str = "auto", obstacle_speed: float = SPEED) -> None:
         self._lock = threading.RLock()
         self._world, self._method, self._speed = world, method, obstacle_speed
         self._mode = Mode.PLAN
