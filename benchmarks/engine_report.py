@@ -14,6 +14,7 @@ from pathlib import Path
 import click
 
 from benchmarks.engine import measure_batch, measure_evaluation, measure_obstacles, measure_plan
+from benchmarks.following import Following, measure_following
 from benchmarks.limits import broken
 from benchmarks.machine import machine
 from benchmarks.stopwatch import Figure, Ratio
@@ -25,6 +26,7 @@ from humanoid_rail.progress import progress
 
 TIME_COLUMNS = ("measured", "median", "quartiles")
 RATIO_COLUMNS = ("compared", "ratio", "quartiles")
+FOLLOWING_COLUMNS = ("followed", "time", "cycles", "median", "99 %", "longest", "late", "not proven", "touching")
 
 PAGE = click.Path(exists=True, dir_okay=False, path_type=Path)
 """A Markdown file with the marks of a table."""
@@ -37,22 +39,27 @@ class Report:
     machine: str
     figures: list[Figure]
     ratios: list[Ratio]
+    followings: list[Following]
 
 
 @click.command()
 @click.option("--json", "json_file", type=click.Path(dir_okay=False, path_type=Path), help="File for the figures.")
 @click.option("--ratios", "ratios_page", type=PAGE, help="Markdown file for the table of ratios.")
 @click.option("--times", "times_page", type=PAGE, help="Markdown file for the table of times.")
+@click.option("--following", "following_page", type=PAGE, help="Markdown file for the table of following.")
 @click.option("--repeats", default=9, show_default=True, help="Repeats of each measurement.")
 @click.option("--plans", default=2000, show_default=True, help="Plans for the measurement of plan_many.")
+@click.option("--follow", default=60, show_default=True, help="Seconds of following.")
 @click.option("--pink/--no-pink", default=True, show_default=True, help="Compare with Pink (extra `compare`).")
 @click.option("--check", is_flag=True, help="Exit code 1 if a ratio is beyond its limit in benchmarks/limits.py.")
 def main(
     json_file: Path | None,
     ratios_page: Path | None,
     times_page: Path | None,
+    following_page: Path | None,
     repeats: int,
     plans: int,
+    follow: int,
     pink: bool,
     check: bool,
 ) -> int:
@@ -60,14 +67,16 @@ def main(
     engine()  # or say what to install
     if pink and find_spec("pink") is None:
         raise HumanoidRailError("Pink is not installed: pip install 'humanoid_rail[compare]', or --no-pink")
-    check_least(1, repeats=repeats, plans=plans)
+    check_least(1, repeats=repeats, plans=plans, follow=follow)
     if json_file is not None:
         check_folder(json_file.parent)
-    report = measure(repeats, plans, pink)
+    report = measure(repeats, plans, follow, pink)
     console().print(report.machine)
     rows = [[f.what, seconds(f.median), f"{seconds(f.low)} to {seconds(f.high)}"] for f in report.figures]
     print_table("times", "Times", TIME_COLUMNS, rows, times_page)
     print_table("ratios", "Ratios", RATIO_COLUMNS, [ratio_row(r) for r in report.ratios], ratios_page)
+    rows = [list(following_row(f)) for f in report.followings]
+    print_table("following", "Following at 1 kHz", FOLLOWING_COLUMNS, rows, following_page)
     if json_file is not None:
         json_file.parent.mkdir(parents=True, exist_ok=True)
         json_file.write_text(json.dumps(asdict(report), indent=2) + "\n", encoding="utf-8")
@@ -77,9 +86,9 @@ def main(
     return 1 if faults else 0
 
 
-def measure(repeats: int, plans: int, pink: bool) -> Report:
+def measure(repeats: int, plans: int, follow: int, pink: bool) -> Report:
     """Measure everything."""
-    report = Report(machine(), [], [])
+    report = Report(machine(), [], [], [])
     for what, measured in (
         # First, while this process is as light as the workers.
         ("many plans", measure_batch(max(3, repeats // 2), plans)),
@@ -93,6 +102,8 @@ def measure(repeats: int, plans: int, pink: bool) -> Report:
                     report.figures.append(found)
                 else:
                     report.ratios.append(found)
+    with progress("measuring following"):
+        report.followings.extend(measure_following(follow))
     return report
 
 
@@ -107,6 +118,22 @@ def seconds(value: float) -> str:
 def ratio_row(r: Ratio) -> Sequence[str]:
     """Return a row of the table of ratios."""
     return [r.what, f"{r.median:.3g}", f"{r.low:.3g} to {r.high:.3g}"]
+
+
+def following_row(f: Following) -> Sequence[str]:
+    """Return a row of the table of following."""
+    times = f.times
+    return [
+        f.what,
+        f"{f.seconds:g} s",
+        f"{times.cycles:,}",
+        seconds(times.median),
+        seconds(times.percentile_99),
+        seconds(times.longest),
+        f"{times.overruns:,}",
+        f"{f.unproven} of {f.looked}",
+        f"{f.touching} of {f.looked}",
+    ]
 
 
 if __name__ == "__main__":

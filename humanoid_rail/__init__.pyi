@@ -2,6 +2,8 @@
 from .collision.certificate import Certificate, Contact
 from .diagnosis import BlockingPair, Diagnosis, Miss, Remedy
 from .errors import EngineMissing, HumanoidRailError, InvalidInput
+from .following.follower import Follower
+from .following.state import CycleTimes, FollowerState, FollowerStatus, NearPair
 from .io.export import export
 from .io.plan_folder import Plan, read_plan, write_plan
 from .io.trajectory_files import read_trajectory, write_trajectory
@@ -39,9 +41,13 @@ __all__ = [
     "Certificate",
     "ConfigurationTask",
     "Contact",
+    "CycleTimes",
     "Diagnosis",
     "DirectionTask",
     "EngineMissing",
+    "Follower",
+    "FollowerState",
+    "FollowerStatus",
     "Gains",
     "GradientProjection",
     "HalfSpace",
@@ -53,6 +59,7 @@ __all__ = [
     "Miss",
     "Motion",
     "NativeKinematics",
+    "NearPair",
     "Page",
     "Peak",
     "Plan",

@@ -336,6 +336,9 @@ class SafeVelocity:
     def velocity(self, q: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], t: float, tasks: TaskStack, gains: Gains, safety: Safety, dt: float) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
         """q_dot of the quadratic program."""
 
+    def reachable_velocity(self, q: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], t: float, tasks: TaskStack, gains: Gains, safety: Safety, dt: float, lower: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], upper: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], fallback: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """The same among the velocities that can be had."""
+
     def constraints(self) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')], Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]]:
         """The rows and sides of the last velocity's program."""
 
@@ -361,6 +364,109 @@ class StepJudge:
         """
         Of the step from a to b; pairs farther apart than the horizon are not looked at.
         """
+
+class FollowerStatus(enum.Enum):
+    """What a robot does in a cycle."""
+
+    FOLLOWING = 0
+
+    REACHED = 1
+
+    BRAKING = 2
+
+    STOPPED = 3
+
+class Nearest:
+    """The shortest line from a link to an obstacle or another link."""
+
+    @property
+    def link(self) -> int: ...
+
+    @property
+    def other(self) -> int: ...
+
+    @property
+    def with_obstacle(self) -> bool: ...
+
+    @property
+    def distance(self) -> float: ...
+
+class FollowerState:
+    """A robot at the end of a cycle."""
+
+    @property
+    def cycle(self) -> int: ...
+
+    @property
+    def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]: ...
+
+    @property
+    def velocity(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]: ...
+
+    @property
+    def status(self) -> FollowerStatus: ...
+
+    @property
+    def left(self) -> float: ...
+
+    @property
+    def proven(self) -> bool: ...
+
+    @property
+    def stop(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]: ...
+
+    @property
+    def cycles_to_rest(self) -> int: ...
+
+    @property
+    def jumped(self) -> int: ...
+
+    @property
+    def closest(self) -> Nearest: ...
+
+    @property
+    def blocking(self) -> Nearest | None: ...
+
+class CycleTimes:
+    """How long cycles took."""
+
+    @property
+    def cycles(self) -> int: ...
+
+    @property
+    def overruns(self) -> int: ...
+
+    @property
+    def longest(self) -> float: ...
+
+    def percentile(self, share: float) -> float: ...
+
+class Follower:
+    """Follows targets, cycle by cycle or in a thread of its own."""
+
+    def __init__(self, robot: Robot, obstacles: Obstacles, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], tasks: TaskStack, gains: Gains, safety: Safety, *, dt: float, tolerance: float, acceleration: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], obstacle_speeds: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], latency: float) -> None: ...
+
+    def set_goal(self, tasks: TaskStack, gains: Gains) -> None: ...
+
+    def move_obstacle(self, obstacle: int, center: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')], rotation: Annotated[NDArray[numpy.float64], dict(shape=(3, 3), order='F')], velocity: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]) -> None: ...
+
+    def step(self, brakes: bool) -> FollowerState: ...
+
+    def start(self) -> None: ...
+
+    def stop(self) -> None: ...
+
+    def end(self) -> None: ...
+
+    def state(self) -> FollowerState: ...
+
+    def times(self) -> CycleTimes: ...
+
+    @property
+    def is_running(self) -> bool: ...
+
+    def contact(self) -> Nearest | None:
+        """A pair that touches where the robot is. Not while it runs."""
 
 def library_call_seconds(robot: Robot, obstacles: Obstacles, configurations: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')], repeats: int) -> float:
     """

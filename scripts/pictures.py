@@ -11,6 +11,7 @@ from pathlib import Path
 import click
 import numpy as np
 from aisle import aisle
+from live_picture import live_page
 from PIL import Image
 from playwright.sync_api import Page
 from screenshot import DESKTOP, PHONE, opened, seek
@@ -170,6 +171,7 @@ PICTURES: dict[str, Callable[[Robot], bytes]] = {
     "compare.png": compared,
     "failed.png": failed,
     "phone.png": phone,
+    "live.png": live_page,
     "moving.gif": moving,
 }
 """How each picture is made."""

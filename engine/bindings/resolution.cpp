@@ -93,6 +93,22 @@ void bind_velocities(nb::class_<Guard>& kinematics) {
           },
           "q"_a, "t"_a, "tasks"_a, "gains"_a, "safety"_a, "dt"_a, "q_dot of the quadratic program.")
       .def(
+          "reachable_velocity",
+          [](Guard& self, const Eigen::Ref<const Vector>& q, double t, const TaskStack& tasks, const Gains& gains,
+             const Safety& safety, double dt, const Vector& lower, const Vector& upper, const Vector& fallback) {
+            check_configuration("q", q, joints(self));
+            check_gains(gains, tasks);
+            for (const Vector* part : {&lower, &upper, &fallback})
+              check_configuration("reachable", *part, joints(self));
+            return self.with([&](SafeVelocity& with) {
+              Observation seen;
+              with.observe(q, t, gains, safety, seen);
+              return Vector(with.velocity(seen, tasks, gains, safety, dt, {lower, upper, fallback}));
+            });
+          },
+          "q"_a, "t"_a, "tasks"_a, "gains"_a, "safety"_a, "dt"_a, "lower"_a, "upper"_a, "fallback"_a,
+          "The same among the velocities that can be had.")
+      .def(
           "constraints",
           [](Guard& self) {
             return self.with([](SafeVelocity& with) { return std::make_pair(with.rows(), with.sides()); });

@@ -34,9 +34,9 @@ double sphere_bound(const Nearest& pair, const SweptDistance& swept, const Snaps
 
 // Follows pairs of a kind. A pair is measured only when it could be the closest: its distance has shrunk by no more
 // than how far the two have come since it was measured last.
-class Follower {
+class PairFollower {
  public:
-  explicit Follower(std::vector<Nearest> pairs) : pairs_(std::move(pairs)) {}
+  explicit PairFollower(std::vector<Nearest> pairs) : pairs_(std::move(pairs)) {}
 
   [[nodiscard]] bool is_empty() const { return pairs_.empty(); }
 
@@ -85,8 +85,8 @@ ClosestPairs closest_pairs(std::shared_ptr<const Robot> robot, const Obstacles& 
   auto with_obstacle = all_pairs(*robot, obstacles.pieces());
   const auto is_first = [](const Nearest& pair) { return pair.is_with_obstacle(); };
   const auto middle = std::stable_partition(with_obstacle.begin(), with_obstacle.end(), is_first);
-  Follower links(std::vector<Nearest>(middle, with_obstacle.end()));
-  Follower others(std::vector<Nearest>(with_obstacle.begin(), middle));
+  PairFollower links(std::vector<Nearest>(middle, with_obstacle.end()));
+  PairFollower others(std::vector<Nearest>(with_obstacle.begin(), middle));
   ClosestPairs found;
   EdgeBounds moved;
   for (Eigen::Index k = 0; k < t.size(); ++k) {

@@ -43,6 +43,8 @@ class SweptDistance {
 
   [[nodiscard]] const Robot& robot() const { return *robot_; }
   [[nodiscard]] const std::vector<Obstacles::Piece>& pieces() const { return pieces_; }
+  // Puts a piece of an obstacle elsewhere, where it is at t = 0.
+  void place(std::size_t piece, const coal::Transform3s& placement) { pieces_[piece].placement = placement; }
 
   // Where a collision body is.
   [[nodiscard]] pinocchio::SE3 body(const Snapshot& at, int link) const {

@@ -34,17 +34,16 @@ ObstacleClearances::ObstacleClearances(std::shared_ptr<const Robot> robot, const
   boxed_.reserve(pieces().size());
   bodies_.reserve(pieces().size());
   for (const Obstacles::Piece& piece : pieces()) {
-    bodies_.push_back({&piece, static_cast<int>(bodies_.size()), piece.placement});
+    bodies_.push_back({&piece, static_cast<int>(bodies_.size()), piece.placement, nullptr});
     Body& body = bodies_.back();
-    coal::CollisionObject* object = nullptr;
     if (piece.shape->getNodeType() == coal::GEOM_HALFSPACE) {
       unbounded_.push_back(&body);
     } else {
       boxed_.emplace_back(piece.shape, piece.placement, COMPUTE_BOX);
-      object = &boxed_.back();
-      object->setUserData(&body);
+      body.object = &boxed_.back();
+      body.object->setUserData(&body);
     }
-    if (piece.moves()) moving_.emplace_back(&body, object);
+    if (piece.moves()) moving_.push_back(&body);
   }
   std::vector<coal::CollisionObject*> objects;
   for (auto& object : boxed_) objects.push_back(&object);
@@ -59,12 +58,26 @@ ObstacleClearances::ObstacleClearances(std::shared_ptr<const Robot> robot, const
 void ObstacleClearances::move_to(double t) {
   if (t == t_) return;
   t_ = t;
-  for (auto& [body, object] : moving_) {
-    body->placement = body->piece->at(t);
-    if (object == nullptr) continue;
-    object->setTransform(body->placement);
-    object->computeAABB();
-    tree_.update(object);
+  for (Body* body : moving_) put(*body, t);
+}
+
+void ObstacleClearances::put(Body& body, double t) {
+  body.placement = body.piece->at(t);
+  if (body.object == nullptr) return;
+  body.object->setTransform(body.placement);
+  body.object->computeAABB();
+  tree_.update(body.object);
+}
+
+void ObstacleClearances::place(int obstacle, const coal::Transform3s& placement, const Eigen::Vector3d& velocity) {
+  obstacles_.place(obstacle, placement, velocity);
+  const auto [first, end] = obstacles_.pieces_of(obstacle);
+  for (std::size_t i = first; i < end; ++i) {
+    Body& body = bodies_[i];
+    const bool is_listed = std::find(moving_.begin(), moving_.end(), &body) != moving_.end();
+    if (body.piece->moves() && !is_listed) moving_.push_back(&body);
+    has_pairs_ = has_pairs_ || (!links_.empty() && body.piece->moves());
+    put(body, t_);
   }
 }
 

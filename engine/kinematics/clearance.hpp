@@ -34,6 +34,8 @@ class ObstacleClearances {
 
   // Moves the obstacles to where they are at a time, s.
   void move_to(double t);
+  // Puts an obstacle elsewhere, where it is at t = 0, with another velocity. Its pieces are found there from then on.
+  void place(int obstacle, const coal::Transform3s& placement, const Eigen::Vector3d& velocity);
   // Finds, link by link, every pair of a link and an obstacle whose distance is not more than the horizon. What lies in
   // bounding boxes farther away is not measured.
   void within(double horizon, const Kinematics& kinematics, NearObstacles& found);
@@ -47,13 +49,15 @@ class ObstacleClearances {
   struct Body {
     const Obstacles::Piece* piece = nullptr;
     int index = 0;
-    coal::Transform3s placement;  // Now.
+    coal::Transform3s placement;              // Now.
+    coal::CollisionObject* object = nullptr;  // In the tree, unless it has no bounds.
   };
   struct Candidates : coal::CollisionCallBackBase {
     bool collide(coal::CollisionObject* piece, coal::CollisionObject* link) override;
     std::vector<const Body*> found;
   };
 
+  void put(Body& body, double t);
   void measure(int link, const coal::Transform3s& placement, const Body& body, double horizon, NearObstacles& found);
 
   std::shared_ptr<const Robot> robot_;
@@ -62,7 +66,7 @@ class ObstacleClearances {
   bool has_pairs_ = false;
   double shortest_before_ = 0.0;  // What within_or_nearest found last beyond its horizon, m.
   std::vector<Body> bodies_;
-  std::vector<std::pair<Body*, coal::CollisionObject*>> moving_;
+  std::vector<Body*> moving_;
   std::vector<coal::CollisionObject> links_;
   std::vector<coal::CollisionObject> boxed_;
   std::vector<const Body*> unbounded_;

@@ -36,6 +36,10 @@ class SceneKinematics {
     kinematics_.move_hands_to(q);
     return kinematics_;
   }
+  // Puts an obstacle elsewhere, where it is at t = 0, with another velocity.
+  void place(int obstacle, const coal::Transform3s& placement, const Eigen::Vector3d& velocity) {
+    obstacles_.place(obstacle, placement, velocity);
+  }
   // Moves robot and obstacles, and finds what is within the horizons; minus infinity for nothing.
   void observe(const Eigen::Ref<const Vector>& q, double t, double obstacle_horizon, double link_horizon,
                Observation& seen);

@@ -11,14 +11,13 @@ namespace {
 // Room is made for this many rows at first.
 constexpr Eigen::Index LIKELY_ROWS = 256;
 
-double part(double side, double share) { return side > 0.0 ? share * side : side; }
-
 }  // namespace
 
 SafeVelocity::SafeVelocity(std::shared_ptr<const Robot> robot, const Obstacles& obstacles)
     : scene(robot, obstacles), projection(*robot) {
   const auto n = robot->n();
-  for (Vector* vector : {&lower_, &upper_, &reference_, &velocity_, &linear_, &solution_}) vector->setZero(n);
+  for (Vector* vector : {&lower_, &upper_, &fallback_, &reference_, &velocity_, &linear_, &solution_})
+    vector->setZero(n);
   hessian_.resize(n, n);
   CE_.resize(0, n);
   G_.resize(n, LIKELY_ROWS);
@@ -44,8 +43,24 @@ void SafeVelocity::observe(const Eigen::Ref<const Vector>& q, double t, const Ga
 
 const Vector& SafeVelocity::velocity(const Observation& at, const TaskStack& tasks, const Gains& gains,
                                      const Safety& safety, double dt) {
-  reference_ = projection.velocity(scene, at, tasks, gains);
   bound_joints(at.q, safety, dt);
+  fallback_.setZero();
+  return best_velocity(at, tasks, gains, safety, dt);
+}
+
+const Vector& SafeVelocity::velocity(const Observation& at, const TaskStack& tasks, const Gains& gains,
+                                     const Safety& safety, double dt, const Reachable& reachable) {
+  bound_joints(at.q, safety, dt);
+  fallback_ = reachable.fallback;
+  upper_ = upper_.cwiseMin(reachable.upper).cwiseMax(fallback_);
+  lower_ = lower_.cwiseMax(reachable.lower).cwiseMin(fallback_);
+  return best_velocity(at, tasks, gains, safety, dt);
+}
+
+// The velocity within the bounds that are set.
+const Vector& SafeVelocity::best_velocity(const Observation& at, const TaskStack& tasks, const Gains& gains,
+                                          const Safety& safety, double dt) {
+  reference_ = projection.velocity(scene, at, tasks, gains);
   slow_down_reference();
   set_equalities(at, safety);
   count_ = 0;
@@ -60,7 +75,7 @@ const Vector& SafeVelocity::velocity(const Observation& at, const TaskStack& tas
   if (!is_late && holds(velocity_, safety.precision)) return velocity_;
   const Matrix& J = projection.jacobian();
   const auto can_be_had = [&](double share) { return solve(J, safety, dt, share); };
-  if (!std::any_of(safety.shares.begin(), safety.shares.end(), can_be_had)) velocity_.setZero();
+  if (!std::any_of(safety.shares.begin(), safety.shares.end(), can_be_had)) velocity_ = fallback_;
   return velocity_;
 }
 
@@ -114,7 +129,7 @@ void SafeVelocity::add_row(const Nearest& pair, double target, const Safety& saf
 }
 
 // The velocity damper d_dot >= -k (d - d_s): sets the next row and returns the side; minus infinity where no velocity
-// within the joints' bounds can break it. What it asks for away from an obstacle is at most half of what they allow.
+// within the joints' bounds can break it. What it asks for beyond the fallback is at most half of what they allow.
 double SafeVelocity::make_row(const Nearest& pair, double target, const Safety& safety, double dt) {
   const double wanted = -std::min(safety.gain, 1.0 / dt) * (pair.distance - target) - pair.rate;
   make_room();
@@ -122,8 +137,15 @@ double SafeVelocity::make_row(const Nearest& pair, double target, const Safety& 
   scene.distance_gradient(pair, row);
   const double slowest = row.cwiseMax(0.0).dot(lower_) + row.cwiseMin(0.0).dot(upper_);
   const double fastest = row.cwiseMax(0.0).dot(upper_) + row.cwiseMin(0.0).dot(lower_);
-  const double side = std::min(wanted, 0.5 * fastest);
+  const double base = row.dot(fallback_);
+  const double side = std::min(wanted, base + 0.5 * (fastest - base));
   return slowest >= side || fastest - slowest < safety.least_rate ? -INFINITE : side;
+}
+
+// The side of a row of which only a share counts beyond what the fallback gives.
+double SafeVelocity::part(const Eigen::Ref<const Vector>& row, double side, double share) const {
+  const double base = row.dot(fallback_);
+  return side > base ? base + share * (side - base) : side;
 }
 
 void SafeVelocity::make_room() {
@@ -164,7 +186,7 @@ bool SafeVelocity::add_broken_rows(const Vector& velocity, const Safety& safety,
       if (late.known == Known::all) continue;
       late.row = G_.col(count_);
     }
-    if (late.row.dot(velocity) >= part(late.side, share) - safety.precision) continue;
+    if (late.row.dot(velocity) >= part(late.row, late.side, share) - safety.precision) continue;
     late.known = Known::all;
     make_room();
     G_.col(count_) = late.row;
@@ -193,7 +215,7 @@ bool SafeVelocity::solve(const Matrix& J, const Safety& safety, double dt, doubl
 }
 
 // Sets velocity to the closest to the reference: min |x - r|^2 + w |J (x - r)|^2 within the bounds, G x >= h and A x =
-// b, where of h > 0 only a share counts.
+// b, where of what h asks for beyond the fallback only a share counts.
 bool SafeVelocity::solve_known(const Matrix& J, const Safety& safety, double share) {
   set_program(J, safety.task_weight, share);
   const auto status = solver_.solve_quadprog(hessian_, linear_, CE_, ce_, CI_, ci_, solution_);
@@ -201,7 +223,7 @@ bool SafeVelocity::solve_known(const Matrix& J, const Safety& safety, double sha
   velocity_ = solution_.cwiseMin(upper_).cwiseMax(lower_);
   // Rounding may mislead the solver where constraints all but contradict each other.
   for (Eigen::Index i = 0; i < count_; ++i) {
-    if (G_.col(i).dot(velocity_) < part(h_[i], share) - FEASIBLE) return false;
+    if (G_.col(i).dot(velocity_) < part(G_.col(i), h_[i], share) - FEASIBLE) return false;
   }
   return keeps_equalities(velocity_);
 }
@@ -227,7 +249,7 @@ void SafeVelocity::set_program(const Matrix& J, double task_weight, double share
     // The solver takes what is small for zero, so rows have length 1.
     const double scale = 1.0 / G_.col(i).norm();
     CI_.row(2 * n + i) = scale * G_.col(i);
-    ci_[2 * n + i] = -scale * part(h_[i], share);
+    ci_[2 * n + i] = -scale * part(G_.col(i), h_[i], share);
   }
 }
 

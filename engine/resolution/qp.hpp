@@ -39,6 +39,11 @@ struct Safety {
   }
 };
 
+// Velocities that can be had: within bounds (n), and one of them (n) that always may be chosen, m/s and rad/s.
+struct Reachable {
+  Vector lower, upper, fallback;
+};
+
 // A solution has to satisfy its constraints to this, m/s and rad/s.
 constexpr double FEASIBLE = 1e-6;
 
@@ -56,6 +61,10 @@ class SafeVelocity {
   // The same where an observation was made, by observe().
   const Vector& velocity(const Observation& at, const TaskStack& tasks, const Gains& gains, const Safety& safety,
                          double dt);
+  // The same among the velocities that can be had; where the constraints allow none of them it is the fallback. Rows
+  // ask for more than that gives only as far as can be had.
+  const Vector& velocity(const Observation& at, const TaskStack& tasks, const Gains& gains, const Safety& safety,
+                         double dt, const Reachable& reachable);
   // Finds what the program needs to know at a configuration (n) and a time in s.
   void observe(const Eigen::Ref<const Vector>& q, double t, const Gains& gains, const Safety& safety,
                Observation& seen);
@@ -79,7 +88,10 @@ class SafeVelocity {
     double side = 0.0;
   };
 
+  const Vector& best_velocity(const Observation& at, const TaskStack& tasks, const Gains& gains, const Safety& safety,
+                              double dt);
   void bound_joints(const Vector& q, const Safety& safety, double dt);
+  [[nodiscard]] double part(const Eigen::Ref<const Vector>& row, double side, double share) const;
   void slow_down_reference();
   void set_equalities(const Observation& at, const Safety& safety);
   void add_row(const Nearest& pair, double target, const Safety& safety, double dt);
@@ -95,7 +107,8 @@ class SafeVelocity {
 
   Observation seen_;
   Vector lower_, upper_;
-  Matrix G_;  // A column for each row of the constraints.
+  Vector fallback_;  // Always allowed: 0, unless velocities that can be had are given.
+  Matrix G_;         // A column for each row of the constraints.
   Vector h_;
   Eigen::Index count_ = 0;
   std::vector<LateRow> late_;  // In the order of their pairs.

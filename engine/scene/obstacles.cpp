@@ -32,6 +32,21 @@ void Obstacles::add_piece(std::shared_ptr<coal::CollisionGeometry> shape, const 
   pieces_.push_back({std::move(shape), placement, velocity, size_});
 }
 
+void Obstacles::place(int obstacle, const coal::Transform3s& placement, const Eigen::Vector3d& velocity) {
+  const auto [first, end] = pieces_of(obstacle);
+  for (std::size_t i = first; i < end; ++i) {
+    pieces_[i].placement = placement;
+    pieces_[i].velocity = velocity;
+  }
+}
+
+std::pair<std::size_t, std::size_t> Obstacles::pieces_of(int obstacle) const {
+  const auto before = [](const Piece& piece, int number) { return piece.obstacle < number; };
+  const auto first = std::lower_bound(pieces_.begin(), pieces_.end(), obstacle, before);
+  const auto end = std::lower_bound(first, pieces_.end(), obstacle + 1, before);
+  return {static_cast<std::size_t>(first - pieces_.begin()), static_cast<std::size_t>(end - pieces_.begin())};
+}
+
 bool Obstacles::move() const {
   return std::any_of(pieces_.begin(), pieces_.end(), [](const Piece& piece) { return piece.moves(); });
 }

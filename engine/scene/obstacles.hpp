@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include <coal/collision_object.h>
@@ -31,7 +32,12 @@ class Obstacles {
   void add_convex(const std::vector<Matrix>& pieces, const coal::Transform3s& placement,
                   const Eigen::Vector3d& velocity);
 
+  // Puts an obstacle elsewhere, with another velocity.
+  void place(int obstacle, const coal::Transform3s& placement, const Eigen::Vector3d& velocity);
+
   [[nodiscard]] const std::vector<Piece>& pieces() const { return pieces_; }
+  // The first piece of an obstacle, and the one after its last.
+  [[nodiscard]] std::pair<std::size_t, std::size_t> pieces_of(int obstacle) const;
   [[nodiscard]] int size() const { return size_; }
   // Whether an obstacle has more than one piece.
   [[nodiscard]] bool is_compound() const { return pieces_.size() != static_cast<std::size_t>(size_); }

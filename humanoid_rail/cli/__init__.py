@@ -14,6 +14,7 @@ COMMANDS = {
     "plan": "Plan a motion of all hands to their targets.",
     "play": "Play back a plan in the browser.",
     "compare": "Play back two plans at the same time.",
+    "live": "Plan and follow while targets and obstacles are dragged.",
     "verify": "Prove a plan free of contact again.",
     "export": "Write a plan for other tools: CSV, NumPy, ROS 2, MuJoCo.",
     "robot": "Show a robot: its report, and a page to move it.",

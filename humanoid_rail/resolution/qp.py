@@ -74,6 +74,18 @@ class Equalities(NamedTuple):
     """b (k,)."""
 
 
+class Reachable(NamedTuple):
+    """Velocities that can be had within a cycle, for example from the one before it by limits of acceleration."""
+
+    lower: Array
+    """(n,), m/s and rad/s."""
+    upper: Array
+    """(n,), m/s and rad/s."""
+    fallback: Array
+    """One between the two that always may be chosen (n,), m/s and rad/s: that of braking. Rows ask for more than it
+    gives only as far as can be had."""
+
+
 Equality = Callable[[State], tuple[Any, Any]]
 """A linear equality maps a state to rows A (k, n) and sides b (k,) of A q_dot = b, such as :class:`Equalities`."""
 
@@ -179,7 +191,9 @@ def _with_row(equalities: Equalities, row: Array, side: float) -> Equalities | N
     return equalities if abs(side - weights @ b) <= PRECISION else None
 
 
-def constraints(robot: Robot, state: State, safety: Safety, dt: float) -> Constraints:
+def constraints(
+    robot: Robot, state: State, safety: Safety, dt: float, reachable: Reachable | None = None
+) -> Constraints:
     """Return what q_dot has to satisfy at a state, to be held for dt.
 
     Rows that no q_dot within the bounds can break are left out.
@@ -189,11 +203,17 @@ def constraints(robot: Robot, state: State, safety: Safety, dt: float) -> Constr
         state: The robot among its obstacles.
         safety: Safety distance and gain of the dampers.
         dt: How long q_dot will be held, s: a gain beyond 1/dt would overshoot.
+        reachable: What q_dot can be; anything within the limits, with 0 to fall back on, if not given.
     """
     k, k_q = min(safety.damper_gain, 1.0 / dt), min(LIMIT_GAIN, 1.0 / dt)
     fastest = np.minimum(robot.velocity_limit, FASTEST)
     upper = np.maximum(np.minimum(fastest, k_q * (robot.upper - state.q)), 0.0)
     lower = np.minimum(np.maximum(-fastest, k_q * (robot.lower - state.q)), 0.0)
+    fallback = np.zeros(state.q.size)
+    if reachable is not None:
+        fallback = reachable.fallback
+        upper = np.maximum(np.minimum(upper, reachable.upper), fallback)
+        lower = np.minimum(np.maximum(lower, reachable.lower), fallback)
     targets = np.full(state.pieces.distance.shape, safety.target), safety.targets_of(own_distances(robot))
     dampers = [
         _dampers(pairs, target, safety, k) for pairs, target in zip((state.pieces, state.links), targets, strict=True)
@@ -202,8 +222,9 @@ def constraints(robot: Robot, state: State, safety: Safety, dt: float) -> Constr
     sides = np.concatenate([sides for _, sides in dampers])
     slowest = np.maximum(rows, 0.0) @ lower + np.minimum(rows, 0.0) @ upper
     fastest = np.maximum(rows, 0.0) @ upper + np.minimum(rows, 0.0) @ lower
-    # Of speed away from an obstacle, no more than half of what the joints allow is asked for.
-    sides = np.minimum(sides, 0.5 * fastest)
+    # Of speed away from an obstacle, beyond the fallback's, no more than half of what the joints allow is asked for.
+    base = rows @ fallback
+    sides = np.minimum(sides, base + 0.5 * (fastest - base))
     can_bind = (slowest < sides) & (fastest - slowest >= LEAST_RATE)
     return Constraints(lower, upper, rows[can_bind], sides[can_bind], equality_rows(state, safety))
 
@@ -214,8 +235,16 @@ def _dampers(pairs: Clearances, target: Array, safety: Safety, k: float) -> tupl
     return pairs.gradient[near], sides
 
 
-def safe_velocity(robot: Robot, state: State, tasks: Sequence[Task], gains: Gains, safety: Safety, dt: float) -> Array:
-    """Return q_dot (n,) closest to eq. 4.9's that the constraints allow, m/s and rad/s; 0 if they allow none.
+def safe_velocity(
+    robot: Robot,
+    state: State,
+    tasks: Sequence[Task],
+    gains: Gains,
+    safety: Safety,
+    dt: float,
+    reachable: Reachable | None = None,
+) -> Array:
+    """Return q_dot (n,) closest to eq. 4.9's that the constraints allow, m/s and rad/s; the fallback if none.
 
     Args:
         robot: The robot.
@@ -224,22 +253,25 @@ def safe_velocity(robot: Robot, state: State, tasks: Sequence[Task], gains: Gain
         gains: K, c_mu, c_kappa and the activation distance.
         safety: Safety distance, gain of the dampers, equalities.
         dt: How long q_dot will be held, s.
+        reachable: What q_dot can be; anything within the limits, with 0 to fall back on, if not given.
     """
     r = gradient_projection(state, tasks, gains)
     # Slowed down as a whole, eq. 4.9 stays on its path.
     too_fast = abs(r) > robot.velocity_limit
     r = r * float(min([1.0, *(robot.velocity_limit[too_fast] / abs(r[too_fast]))]))
-    limits = constraints(robot, state, safety, dt)
+    limits = constraints(robot, state, safety, dt, reachable)
     if _holds(r, limits):
         return r
     J = stack_jacobian(state, tasks)
     hessian: Array = TASK_WEIGHT * J.T @ J + np.eye(r.size)
+    fallback = np.zeros(r.size) if reachable is None else reachable.fallback
+    base = limits.rows @ fallback
     for share in SHARES:
-        sides = np.where(limits.sides > 0, share * limits.sides, limits.sides)
+        sides = np.where(limits.sides > base, base + share * (limits.sides - base), limits.sides)
         solution = _solve(hessian, -hessian @ r, replace(limits, sides=sides))
         if solution is not None:
             return np.clip(solution, limits.lower, limits.upper)
-    return np.zeros(r.size)
+    return fallback
 
 
 def _holds(velocity: Array, limits: Constraints) -> bool:

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import signal
-import threading
 import webbrowser
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
-from types import FrameType
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from humanoid_rail._signals import END_ASKED
+from humanoid_rail._signals import END_ASKED, interruptible
 
 # meshcat, SciPy and what draws with them are imported where they are used: the command line imports this module first.
 if TYPE_CHECKING:
@@ -118,7 +115,7 @@ def show(
     Raises:
         HumanoidRailError: If no port can be served.
     """
-    with _interruptible(), suppress(KeyboardInterrupt):
+    with interruptible(), suppress(KeyboardInterrupt):
         show_page(playback_html(robot, scene, trajectory), open_browser=open_browser, on_ready=on_ready)
 
 
@@ -135,29 +132,9 @@ def show_page(page: str, *, open_browser: bool = True, on_ready: Callable[[str],
     """
     from humanoid_rail.viewer.server import served
 
-    with _interruptible(), suppress(KeyboardInterrupt), served(page) as url:
+    with interruptible(), suppress(KeyboardInterrupt), served(page) as url:
         on_ready(url)
         if open_browser:
             webbrowser.open(url, new=2)
         while not END_ASKED.wait(0.5):
             pass
-
-
-@contextmanager
-def _interruptible() -> Iterator[None]:
-    """Let INT, TERM and HUP raise KeyboardInterrupt, INT also where a shell has it ignored, as for background jobs."""
-
-    def interrupt(_signal: int, _frame: FrameType | None) -> None:
-        END_ASKED.set()
-        raise KeyboardInterrupt
-
-    signals = {signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM)}
-    if threading.current_thread() is not threading.main_thread():
-        signals = set()  # Python lets only the main thread handle them
-    before = {s: signal.signal(s, interrupt) for s in signals}
-    try:
-        yield
-    finally:
-        END_ASKED.clear()
-        for s, handler in before.items():
-            signal.signal(s, handler)

@@ -34,7 +34,20 @@ def test_one_command_prints_tables_and_writes_json_and_markdown(tmp_path: Path) 
     page.write_text(
         "<!-- times -->\nof last week\n<!-- /times -->\nkept\n<!-- ratios -->\n<!-- /ratios -->\n", encoding="utf-8"
     )
-    options = ["--repeats", "1", "--plans", "8", "--json", tmp_path / "b.json", "--ratios", page, "--times", page]
+    options = [
+        "--repeats",
+        "1",
+        "--plans",
+        "8",
+        "--follow",
+        "1",
+        "--json",
+        tmp_path / "b.json",
+        "--ratios",
+        page,
+        "--times",
+        page,
+    ]
     result = run(*options)
     assert result.returncode == 0, result.stderr
     report = json.loads((tmp_path / "b.json").read_text())
@@ -50,7 +63,7 @@ def test_one_command_prints_tables_and_writes_json_and_markdown(tmp_path: Path) 
     assert "kept" in text
 
 
-@pytest.mark.parametrize("options", [["--repeats", "0"], ["--plans", "-1"], ["--repeats", "many"]])
+@pytest.mark.parametrize("options", [["--repeats", "0"], ["--plans", "-1"], ["--follow", "0"], ["--repeats", "many"]])
 def test_bad_options_are_one_line(options: list[str]) -> None:
     result = run(*options)
     assert result.returncode == 2

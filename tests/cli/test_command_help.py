@@ -40,7 +40,7 @@ finally:
     *text, foreign = result.stdout.splitlines()
     assert {"click", "humanoid_rail"} <= set(foreign.split()) <= LIGHT
     listed = re.findall(r"^  (\w+)  +\S.*\.$", "\n".join(text).partition("Commands:")[2], re.MULTILINE)
-    assert listed == ["plan", "play", "compare", "verify", "export", "robot", "urdf"] == list(COMMANDS)
+    assert listed == ["plan", "play", "compare", "live", "verify", "export", "robot", "urdf"] == list(COMMANDS)
 
 
 def test_every_module_of_the_command_line_is_a_command_or_known_to_be_none() -> None:

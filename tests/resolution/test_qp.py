@@ -23,8 +23,10 @@ from humanoid_rail import (
     load_robot,
 )
 from humanoid_rail.kinematics import kinematics
+from humanoid_rail.kinematics.native_tasks import native_tasks
+from humanoid_rail.resolution.native_options import native_gains, native_safety
 from humanoid_rail.resolution.native_velocity import constrained_velocity
-from humanoid_rail.resolution.qp import FASTEST, TASK_WEIGHT, Constraints, constraints, safe_velocity
+from humanoid_rail.resolution.qp import FASTEST, TASK_WEIGHT, Constraints, Reachable, constraints, safe_velocity
 from humanoid_rail.resolution.velocity import gradient_projection
 from humanoid_rail.scene.obstacles import HalfSpace, Obstacle
 
@@ -237,3 +239,34 @@ def test_bad_parameters_are_named(robot: Robot, scene: Scene, plan: Plan, field:
         Safety(**{field: value})
     with pytest.raises(InvalidInput, match=field):
         plan(robot, scene, "qp", **{field: value})
+
+
+def test_both_engines_have_the_same_velocity_among_those_that_can_be_had(
+    robot: Robot, rng: np.random.Generator
+) -> None:
+    """Within bounds around a velocity at hand; what they allow is never worse for a row than the fallback."""
+    bound = relaxed = 0
+    for _ in range(60):
+        obstacles, q = safe_state(robot, rng, 0.01)
+        gains, safety = Gains(epsilon=0.6), Safety()
+        before = rng.uniform(-0.3, 0.3, robot.n) * robot.velocity_limit
+        change = rng.uniform(0.01, 0.1, robot.n) * robot.velocity_limit
+        fallback = before - np.clip(0.1 * before, -change, change)
+        reachable = Reachable(before - change, before + change, fallback)
+        state = kinematics.Kinematics(robot, obstacles).state(q)
+        expected = safe_velocity(robot, state, points(TARGETS), gains, safety, DT, reachable)
+        native = NativeKinematics(robot, obstacles)
+        stack = native_tasks(robot, points(TARGETS), native.state_for_callback)
+        converted = native_gains(robot, gains, stack.rows, native.state_for_callback)
+        limits = native_safety(safety, native.state_for_callback)
+        found = native.native.reachable_velocity(q, 0.0, stack, converted, limits, DT, *reachable)
+        np.testing.assert_allclose(found, expected, atol=2e-6)
+        assert (found <= np.maximum(reachable.upper, fallback) + 1e-9).all()
+        assert (found >= np.minimum(reachable.lower, fallback) - 1e-9).all()
+        rows = constraints(robot, state, safety, DT, reachable)
+        least = np.minimum(rows.sides, rows.rows @ fallback)
+        assert (rows.rows @ found >= least - 1e-5).all()
+        bound += bool((abs(abs(found - before) - change) < 1e-9).any())
+        relaxed += bool((rows.sides > rows.rows @ fallback).any())
+    assert bound > 20
+    assert relaxed > 5

@@ -1,0 +1,1 @@
+"""Follows targets that move, among obstacles that move, with a proven stop at all times."""

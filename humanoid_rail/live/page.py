@@ -1,0 +1,246 @@
+"""The page in the browser: the world with gizmos to drag, and the panel beside it. The only part that knows viser."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import viser
+
+from humanoid_rail._arrays import Array
+from humanoid_rail.kinematics.kinematics import Kinematics
+from humanoid_rail.live.session import SPEED, Mode, Session, Shown
+from humanoid_rail.live.triangles import Triangles, obstacle_triangles, triangles
+from humanoid_rail.live.world import World, placed, placement, target_rotation, turned_target
+from humanoid_rail.model.library import load_robot
+from humanoid_rail.model.robot import Robot
+from humanoid_rail.planning.methods import METHODS
+from humanoid_rail.scene.obstacles import HalfSpace
+from humanoid_rail.scene.targets import is_oriented, position
+from humanoid_rail.viewer.colours import OBSTACLE_COLOURS, PLAIN, WALL_COLOUR, hand_colour, rgb
+from humanoid_rail.viewer.sizes import robot_points, scale
+from humanoid_rail.viewer.visual_meshes import robot_visuals
+
+MOST_GIZMOS = 40
+"""So many obstacles can be dragged; there is no seeing through more of them."""
+SIZES = {
+    "upper arms, m": (("l_l2", "l_r2"), 0.4, 1.6, 1.0),
+    "forearms, m": (("l_l3", "l_r3"), 0.4, 1.6, 1.0),
+    "torso, m": (("l_t2", "l_t3"), 0.2, 1.0, 0.5),
+    "radius, m": (("link_radius",), 0.0, 0.12, 0.05),
+    "speed, rad/s": (("revolute_velocity",), 0.2, 4.0, 2.0),
+    "acceleration, rad/s2": (("revolute_acceleration",), 1.0, 20.0, 10.0),
+}
+"""Arguments of the paper's robot that sliders set: from where, to where, and where they begin."""
+
+
+class Page:
+    """What a viser server shows of a session, to any number of browsers. What one changes the others see."""
+
+    def __init__(self, server: viser.ViserServer, session: Session) -> None:
+        self.server, self.session = server, session
+        self._robot: Robot | None = None
+        self._joints: dict[str, Any] = {}
+        self._status = ""
+        self.targets: dict[tuple[int, str], Any] = {}
+        """The gizmo of each target, by step and hand."""
+        server.scene.set_up_direction("+z")
+        server.scene.configure_default_lights()
+        self._draw_world(session.world)
+        self._set_camera(session.world)
+        self._add_panel(session.world)
+        self.show(session.tick(0.0))
+
+    def _set_camera(self, world: World) -> None:
+        """Look at hands and targets from the side on which the targets are, and draw a floor below the robot."""
+        body = robot_points(world.robot, robot_visuals(world.robot), world.q)
+        targets = np.array([position(t) for step in world.scene.steps for t in step.values() if t is not None])
+        hands = Kinematics(world.robot).hand_positions(world.q).reshape(-1, 3)
+        points = np.vstack([hands, targets])
+        low, high = points.min(axis=0), points.max(axis=0)
+        middle, size = (low + high) / 2.0, float(np.linalg.norm(high - low)) + scale(world.robot)
+        side = targets.mean(axis=0) - hands.mean(axis=0)
+        towards = np.array([side[0], side[1], 0.0]) / max(float(np.linalg.norm(side[:2])), 1e-6)
+        away = 0.8 * towards + 0.5 * np.array([-towards[1], towards[0], 0.0]) + np.array([0.0, 0.0, 0.35])
+        camera = self.server.initial_camera
+        camera.look_at, camera.position = tuple(middle.tolist()), tuple((middle + size * away).tolist())
+        self.server.scene.add_grid("/floor", 40.0, 40.0, position=(0.0, 0.0, float(body[:, 2].min())))
+
+    def show(self, shown: Shown) -> None:
+        """Show a moment."""
+        robot = self.session.world.robot
+        if robot is not self._robot:
+            self._draw_robot(robot)
+        if len(shown.q) != robot.n:
+            return
+        with self.server.atomic():
+            self._move_robot(robot, shown.q)
+            for handle, there in zip(self._obstacles, shown.places, strict=True):
+                if handle is not None:
+                    _put(handle, there)
+        if shown.status != self._status:
+            self._status = self.markdown.content = shown.status
+
+    def _draw_robot(self, robot: Robot) -> None:
+        if self._robot is not None:
+            self.server.scene.remove_by_name("/robot")
+        self._robot, self._data = robot, robot.model.createData()
+        self.server.scene.add_frame("/robot", show_axes=False)
+        self._joints = {}
+        for visual in robot_visuals(robot):
+            if visual.joint not in self._joints:
+                frame = self.server.scene.add_frame(f"/robot/{visual.joint}", show_axes=False)
+                self._joints[visual.joint] = frame
+            rgba = PLAIN if visual.rgba is None else visual.rgba
+            node = self._mesh(f"/robot/{visual.joint}/{visual.name}", triangles(visual.shape), np.array(rgba[:3]))
+            _put(node, visual.placement)
+
+    def _move_robot(self, robot: Robot, q: Array) -> None:
+        pin.forwardKinematics(robot.model, self._data, robot.coupling @ q + robot.offset)
+        for name, frame in self._joints.items():
+            _put(frame, self._data.oMi[robot.model.getJointId(name)])
+
+    def _mesh(self, name: str, mesh: Triangles, colour: Array, opacity: float | None = None) -> Any:
+        red, green, blue = (255 * np.clip(colour, 0, 1)).astype(int).tolist()
+        return self.server.scene.add_mesh_simple(
+            name, mesh.vertices, mesh.faces, color=(red, green, blue), opacity=opacity, side="double"
+        )
+
+    def _draw_world(self, world: World) -> None:
+        self._draw_robot(world.robot)
+        size = scale(world.robot)
+        for number, step in enumerate(world.scene.steps):
+            for i, hand in enumerate(world.robot.hands):
+                if step[hand.name] is not None:
+                    self._add_target(number, hand.name, i, size)
+        self._obstacles: list[Any] = []
+        gizmos = 0
+        for i, obstacle in enumerate(world.scene.obstacles):
+            is_wall = isinstance(obstacle, HalfSpace)
+            colour = rgb(WALL_COLOUR if is_wall else OBSTACLE_COLOURS[i % len(OBSTACLE_COLOURS)])
+            frame = self.server.scene.add_frame(f"/obstacles/{i}", show_axes=False)
+            self._mesh(f"/obstacles/{i}/body", obstacle_triangles(obstacle), colour, 0.2 if is_wall else 0.6)
+            self._obstacles.append(None if is_wall else frame)
+            if not is_wall and gizmos < MOST_GIZMOS:
+                gizmos += 1
+                self._add_obstacle_gizmo(i, size)
+
+    def _add_target(self, step: int, hand: str, i: int, size: float) -> None:
+        target = self.session.world.scene.steps[step][hand]
+        assert target is not None
+        name = f"/targets/{step}/{hand}"
+        gizmo = self.server.scene.add_transform_controls(
+            name, scale=0.4 * size, disable_rotations=not is_oriented(target)
+        )
+        _put(gizmo, pin.SE3(target_rotation(target), np.array(position(target))))
+        red, green, blue = (255 * rgb(hand_colour(i))).astype(int).tolist()
+        self.server.scene.add_icosphere(f"{name}/ball", radius=0.06 * size, color=(red, green, blue))
+
+        def moved(_: object) -> None:
+            there = _pose(gizmo)
+
+            def change(world: World) -> World:
+                before = world.scene.steps[step][hand]
+                return world.with_target(step, hand, turned_target(before, there.translation, there.rotation))
+
+            self.session.change(change)
+
+        gizmo.on_update(moved)
+        self.targets[step, hand] = gizmo
+
+    def _add_obstacle_gizmo(self, i: int, size: float) -> None:
+        gizmo = self.server.scene.add_transform_controls(f"/handles/{i}", scale=0.3 * size)
+        _put(gizmo, placement(self.session.world.scene.obstacles[i]))
+
+        def moved(_: object) -> None:
+            there = _pose(gizmo)
+
+            def change(world: World) -> World:
+                obstacle = placed(world.scene.obstacles[i], there.translation, there.rotation)
+                return world.with_obstacle(i, obstacle)
+
+            self.session.change(change)
+
+        gizmo.on_update(moved)
+
+    def _add_panel(self, world: World) -> None:
+        gui, session = self.server.gui, self.session
+        # Sharing would open the page to others by way of a server of viser's.
+        gui.configure_theme(show_share_button=False, show_logo=False)
+        gui.set_panel_label("humanoid_rail")
+        mode: Any = gui.add_dropdown("mode", [str(mode) for mode in Mode], initial_value=str(Mode.PLAN))
+
+        def chosen() -> None:
+            session.set_mode(Mode(mode.value))
+            mode.value = str(session.mode)  # another one, where the robot cannot follow
+
+        mode.on_update(by_user(chosen))
+        method = gui.add_dropdown("method", list(METHODS), initial_value=next(iter(METHODS)))
+        method.on_update(by_user(lambda: session.set_method(method.value)))
+        gui.add_button("Replan").on_click(lambda _: session.replan())
+        speed = gui.add_slider("obstacles, m/s", 0.0, 2.0, 0.05, SPEED, hint="the fastest, when the robot follows")
+        speed.on_update(by_user(lambda: session.set_obstacle_speed(speed.value)))
+        self.markdown = gui.add_markdown("")
+        with gui.add_folder("Joints", expand_by_default=False):
+            self._add_joints(world)
+        if is_papers(world.robot):
+            with gui.add_folder("Robot", expand_by_default=False):
+                self._add_sizes()
+
+    def _add_joints(self, world: World) -> None:
+        robot = world.robot
+        for i, (name, low, high) in enumerate(zip(robot.joint_names, robot.lower, robot.upper, strict=True)):
+            low, high = float(np.ceil(100 * low) / 100), float(np.floor(100 * high) / 100)
+            slider = self.server.gui.add_slider(name, low, high, 0.01, float(np.clip(world.q[i], low, high)))
+
+            def moved(i: int = i, slider: Any = slider) -> None:
+                def change(before: World) -> World:
+                    q = np.array(before.q)
+                    q[i] = np.clip(slider.value, before.robot.lower[i], before.robot.upper[i])
+                    return before.at(q)
+
+                if self.session.mode is Mode.PLAN:  # else the robot moves by itself
+                    self.session.change(change)
+
+            slider.on_update(by_user(moved))
+
+    def _add_sizes(self) -> None:
+        sliders = {
+            label: self.server.gui.add_slider(label, low, high, 0.01, default)
+            for label, (_, low, high, default) in SIZES.items()
+        }
+
+        def load() -> Robot:
+            values = {name: sliders[label].value for label, (names, *_) in SIZES.items() for name in names}
+            return load_robot(**values)
+
+        for slider in sliders.values():
+            slider.on_update(by_user(lambda: self.session.load_robot(load)))
+
+
+def by_user(work: Callable[[], None]) -> Callable[[Any], None]:
+    """Return what calls a function for what a user did, and not for what this program set."""
+
+    def called(event: Any) -> None:
+        if event.client is not None:
+            work()
+
+    return called
+
+
+def is_papers(robot: Robot) -> bool:
+    """Return whether a robot is the paper's, whose sizes can be set."""
+    return robot.urdf == load_robot().urdf
+
+
+def _put(handle: Any, placement: pin.SE3) -> None:
+    handle.position = tuple(placement.translation.tolist())
+    x, y, z, w = pin.Quaternion(placement.rotation).coeffs().tolist()
+    handle.wxyz = (w, x, y, z)
+
+
+def _pose(handle: Any) -> pin.SE3:
+    w, x, y, z = map(float, handle.wxyz)
+    return pin.SE3(pin.Quaternion(w, x, y, z).normalized().matrix(), np.array(handle.position, float))

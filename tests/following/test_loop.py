@@ -1,0 +1,118 @@
+"""A follower's thread: what is said to it counts, and it ends with its owner, an exception or the interpreter."""
+
+from __future__ import annotations
+
+import gc
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+from collections.abc import Callable
+
+import numpy as np
+import psutil
+import pytest
+from conftest import AHEAD
+
+from humanoid_rail import Follower, FollowerStatus, Kinematics, Robot, Scene, Sphere
+
+SCENE = Scene(targets=AHEAD, obstacles=(Sphere(center=(3.0, 8.0, 3.0), radius=0.2),))
+PATIENCE = 60.0
+"""A busy machine is waited for this long, s."""
+
+
+def wait_until(is_so: Callable[[], bool]) -> None:
+    end = time.monotonic() + PATIENCE
+    while not is_so():
+        assert time.monotonic() < end
+        time.sleep(0.002)
+
+
+def threads() -> int:
+    return psutil.Process().num_threads()
+
+
+def test_it_follows_what_it_is_told_meanwhile(robot: Robot) -> None:
+    """It ends at rest, at the targets that it was given while it ran."""
+    targets = {"left": (-1.6, 0.6, 3.0), "right": (-1.6, 2.2, 3.0)}
+    follower = Follower(robot, SCENE, dt=0.002, obstacle_speed=1.0)
+    with follower:
+        assert follower.is_running
+        with pytest.raises(RuntimeError, match="stop it first"):
+            follower.step()
+        with pytest.raises(RuntimeError, match="runs already"):
+            follower.start()
+        wait_until(lambda: follower.state.cycle > 20)
+        follower.set_targets(targets)
+        follower.move_obstacle(0, (3.0, 7.999, 3.0))
+        wait_until(lambda: follower.state.status is FollowerStatus.REACHED)
+    assert not follower.is_running
+    state, times = follower.state, follower.cycle_times
+    assert not state.velocity.any()
+    assert times.cycles == state.cycle
+    assert 0.0 < times.median <= times.percentile_99 <= times.longest
+    assert 0 <= times.overruns <= times.cycles
+    hands = Kinematics(robot).hand_positions(state.q).reshape(-1, 3)
+    np.testing.assert_allclose(hands, list(targets.values()), atol=0.05)
+    assert follower.step().cycle == times.cycles + 1  # on by hand
+
+
+def test_it_may_be_asked_from_many_threads(robot: Robot) -> None:
+    with Follower(robot, SCENE, dt=0.002, obstacle_speed=1.0) as follower:
+        failed: list[BaseException] = []
+
+        def work(number: int) -> None:
+            try:
+                for i in range(50):
+                    follower.set_targets({"left": (-1.6, 0.6 + 0.001 * i, 3.0), "right": None})
+                    follower.move_obstacle(0, (3.0, 8.0 + 1e-4 * number, 3.0))
+                    assert follower.state.proven
+            except BaseException as error:
+                failed.append(error)
+
+        workers = [threading.Thread(target=work, args=(i,)) for i in range(4)]
+        for worker in workers:
+            worker.start()
+        for worker in workers:
+            worker.join()
+    assert not failed
+
+
+def test_the_thread_ends_with_its_owner(robot: Robot) -> None:
+    before = threads()
+    follower = Follower(robot, SCENE, dt=0.002)
+    follower.start()
+    assert threads() == before + 1
+    del follower
+    gc.collect()
+    wait_until(lambda: threads() == before)
+
+
+def test_the_thread_ends_with_an_exception(robot: Robot) -> None:
+    follower = Follower(robot, SCENE, dt=0.002)
+
+    def interrupted() -> None:
+        with follower:
+            raise KeyError
+
+    with pytest.raises(KeyError):
+        interrupted()
+    assert not follower.is_running
+
+
+@pytest.mark.parametrize("ending", ["", "raise SystemExit(0)", "del follower", "os.fork() or os._exit(0)"])
+def test_a_process_ends_well_while_it_runs(ending: str) -> None:
+    code = f"""
+        import os
+        from humanoid_rail import Follower, load_robot, paper_scene
+
+        follower = Follower(load_robot(), paper_scene(), dt=0.001)
+        follower.start()
+        while follower.state.cycle < 10:
+            pass
+        {ending}
+    """
+    done = subprocess.run([sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert not done.stderr

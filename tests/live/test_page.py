@@ -1,0 +1,162 @@
+"""The live page in a headless Chromium: a target that is dragged ends in a certified plan, and nothing stays behind."""
+
+from __future__ import annotations
+
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+import urllib.request
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from conftest import AHEAD
+from screenshot import browser_path
+
+from humanoid_rail import InvalidInput, Robot, Scene, Sphere
+from humanoid_rail.live.server import Live, serving
+from humanoid_rail.live.session import Mode
+
+pytest.importorskip("viser", reason="needs the extra live")
+sync_api = pytest.importorskip("playwright.sync_api", reason="needs playwright")
+needs_browser = pytest.mark.skipif(browser_path() is None, reason="Chromium (Debian: chromium) is not installed")
+
+SCENE = Scene(targets=AHEAD, obstacles=(Sphere(center=(1.5, 2.0, 3.0), radius=0.2),))
+PATIENCE = 60.0
+"""A busy machine is waited for this long, s."""
+
+
+def wait_until(is_so: Callable[[], bool], page: Any = None) -> None:
+    end = time.monotonic() + PATIENCE
+    while not is_so():
+        assert time.monotonic() < end
+        page.wait_for_timeout(50) if page is not None else time.sleep(0.05)
+
+
+@pytest.fixture
+def served(robot: Robot) -> Iterator[Live]:
+    before = set(threading.enumerate())
+    with serving(robot, SCENE, port=18080) as live:
+        yield live
+    end = time.monotonic() + PATIENCE
+    while left := [thread.name for thread in set(threading.enumerate()) - before if "playwright" not in thread.name]:
+        assert time.monotonic() < end, left
+        time.sleep(0.05)
+
+
+@pytest.fixture
+def browser() -> Iterator[Any]:
+    with sync_api.sync_playwright() as playwright:
+        path = browser_path()
+        started = playwright.chromium.launch(
+            executable_path=None if path is None else str(path), args=["--no-sandbox", "--use-gl=swiftshader"]
+        )
+        yield started
+        started.close()
+
+
+def on_screen(live: Live, page: Any, point: np.ndarray) -> tuple[float, float]:
+    """Return where a browser shows a point (3,), px."""
+    (client,) = live.page.server.get_clients().values()
+    camera, view = client.camera, page.viewport_size
+    w, x, y, z = map(float, camera.wxyz)
+    local = pin.Quaternion(w, x, y, z).matrix().T @ (point - np.array(camera.position))
+    focal = view["height"] / 2.0 / np.tan(float(camera.fov) / 2.0)
+    return view["width"] / 2.0 + focal * local[0] / local[2], view["height"] / 2.0 + focal * local[1] / local[2]
+
+
+@needs_browser
+def test_a_target_that_the_mouse_drags_ends_in_a_certified_plan(served: Live, browser: Any) -> None:
+    """By the arrow of the gizmo that points up."""
+    session = served.session
+    page = browser.new_page(viewport={"width": 1000, "height": 700})
+    requests: list[str] = []
+    page.on("request", lambda request: requests.append(request.url))
+    page.goto(served.url)
+    page.get_by_text("certified").first.wait_for(timeout=1000 * PATIENCE)
+    wait_until(lambda: not session.is_planning, page)
+    before, hand = session.world, np.array(AHEAD["left"])
+    up = np.array([0.0, 0.0, 1.0])
+    page.wait_for_timeout(1000)  # until the camera is where it is told to be
+    grip = on_screen(served, page, hand + 0.2 * up)
+    there = on_screen(served, page, hand + 0.6 * up)
+    page.mouse.move(*grip)
+    page.wait_for_timeout(800)  # until the browser has seen what is under the mouse
+    page.mouse.down()
+    page.wait_for_timeout(200)
+    for share in np.linspace(0.0, 1.0, 8):
+        page.mouse.move(*(np.add(grip, share * np.subtract(there, grip))))
+        page.wait_for_timeout(120)
+    page.mouse.up()
+    wait_until(lambda: session.world is not before, page)
+    page.wait_for_timeout(500)
+    wait_until(lambda: not session.is_planning, page)
+    target = np.array(session.world.scene.steps[0]["left"])
+    assert target[2] > hand[2] + 0.1
+    np.testing.assert_allclose(target[:2], hand[:2], atol=1e-6)
+    assert session.plan is not None
+    assert session.plan.certified
+    assert session.plan.trajectory is not None
+    np.testing.assert_allclose(session.plan.trajectory.hands[-1, 0], target, atol=0.011)
+    outside = [request for request in requests if not request.startswith((served.url, "data:", "blob:"))]
+    assert not outside
+
+
+@needs_browser
+def test_mode_and_method_are_chosen_in_the_panel(served: Live, browser: Any) -> None:
+    page = browser.new_page(viewport={"width": 1000, "height": 700})
+    page.goto(served.url)
+    page.get_by_text("certified").first.wait_for(timeout=1000 * PATIENCE)
+    page.locator('input[value="plan"][role="combobox"]').click()
+    page.get_by_role("option", name="follow", exact=True).click()
+    wait_until(lambda: served.session.mode is Mode.FOLLOW, page)
+    page.get_by_text("stop proven").first.wait_for(timeout=1000 * PATIENCE)
+    page.get_by_text("cycle of 1 ms").first.wait_for(timeout=1000 * PATIENCE)
+
+
+@needs_browser
+def test_a_browser_that_goes_away_and_comes_back_finds_the_same(served: Live, browser: Any) -> None:
+    session, url = served.session, served.url
+    for _ in range(2):
+        page = browser.new_page()
+        page.goto(url)
+        page.get_by_text("certified").first.wait_for(timeout=1000 * PATIENCE)
+        page.close()
+    assert session.plan is not None
+    assert session.plan.certified
+
+
+def test_only_this_machine_reaches_it(served: Live) -> None:
+    url = served.url
+    assert url.startswith("http://127.0.0.1:")
+    own = socket.gethostbyname(socket.gethostname())
+    if own.startswith("127."):
+        pytest.skip("this machine has no other address")
+    with socket.socket() as other:
+        other.settimeout(1.0)
+        assert other.connect_ex((own, int(url.rpartition(":")[2]))) != 0
+
+
+def test_the_command_serves_until_it_is_told_to_end() -> None:
+    command = [sys.executable, "-m", "humanoid_rail", "live", "--no-view", "--port", "18090"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        said = next(line for line in process.stdout if line.startswith("Live at"))
+        with urllib.request.urlopen(said.split()[2]) as page:
+            assert page.status == 200
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(PATIENCE) == 0
+        assert not process.stderr.read()
+
+
+def test_a_scene_of_another_robot_is_refused(robot: Robot) -> None:
+    with pytest.raises(InvalidInput, match="targets"), serving(robot, Scene(targets={"tool": (1.0, 0.0, 1.0)})):
+        pass
+    with pytest.raises(InvalidInput, match="port"), serving(robot, SCENE, port=0):
+        pass
