@@ -13,7 +13,7 @@ from humanoid_rail.kinematics.state import State
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.resolution.qp import Safety
 from humanoid_rail.resolution.velocity import Gains
-from humanoid_rail.scene.obstacles import name_of
+from humanoid_rail.scene.obstacles import HalfSpace, Obstacle, name_of
 from humanoid_rail.scene.scene import Scene
 
 SHORTEST_CYCLE, LONGEST_CYCLE = 1e-4, 0.1
@@ -83,3 +83,20 @@ def checked_speeds(scene: Scene, given: float | Sequence[float] | None) -> Array
             valid = f"at least {own:.6g} m/s, at which {name_of(scene.obstacles, i)} moves in the scene"
             raise InvalidInput("obstacle_speed", float(speed), valid)
     return speeds
+
+
+def checked_obstacle(obstacles: Sequence[Obstacle], given: int | str) -> int:
+    """Return the number of an obstacle that can be moved, given by its number or its name.
+
+    Raises:
+        InvalidInput: If there is none, there are several of that name, or it is a half-space.
+    """
+    named = [i for i, obstacle in enumerate(obstacles) if isinstance(given, str) and obstacle.name == given]
+    is_number = isinstance(given, int) and not isinstance(given, bool) and 0 <= given < len(obstacles)
+    if not is_number and len(named) != 1:
+        valid = f"a number from 0 to {len(obstacles) - 1}, or a name that one obstacle has" if obstacles else "none"
+        raise InvalidInput("obstacle", given, valid)
+    number = named[0] if named else int(given)
+    if isinstance(obstacles[number], HalfSpace):
+        raise InvalidInput("obstacle", given, f"an obstacle with a centre; {name_of(obstacles, number)} stays")
+    return number

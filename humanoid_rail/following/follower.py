@@ -61,6 +61,7 @@ from humanoid_rail.following.arguments import (
     check_without_functions,
     checked_acceleration,
     checked_cycle,
+    checked_obstacle,
     checked_speeds,
     no_state,
 )
@@ -75,7 +76,6 @@ from humanoid_rail.resolution.native_options import native_gains, native_safety
 from humanoid_rail.resolution.qp import Safety
 from humanoid_rail.resolution.velocity import Gains
 from humanoid_rail.scene.native_obstacles import native_obstacles
-from humanoid_rail.scene.obstacles import HalfSpace, name_of
 from humanoid_rail.scene.scene import Scene, check_scene, start_of_scene
 from humanoid_rail.scene.targets import Target
 
@@ -193,7 +193,7 @@ class Follower:
 
     def move_obstacle(
         self,
-        number: int,
+        obstacle: int | str,
         center: ArrayLike,
         rpy: ArrayLike | None = None,
         velocity: ArrayLike = (0.0, 0.0, 0.0),
@@ -201,7 +201,7 @@ class Follower:
         """Say where an obstacle is at the beginning of the next cycle, and how fast it moves on.
 
         Args:
-            number: Its number in the scene.
+            obstacle: Its number in the scene, or its name if no other has the same.
             center: Where its centre (of a mesh its origin) is, m.
             rpy: How it is turned, as in the scene, rad; as before if not given.
             velocity: How fast it moves on, without turning, until something else is said, m/s.
@@ -209,12 +209,7 @@ class Follower:
         Raises:
             InvalidInput: If there is no such obstacle, it is a half-space, or a vector is not three finite numbers.
         """
-        obstacles = self.scene.obstacles
-        if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number < len(obstacles):
-            valid = f"a whole number from 0 to {len(obstacles) - 1}" if obstacles else "none: there are no obstacles"
-            raise InvalidInput("number", number, valid)
-        if isinstance(obstacles[number], HalfSpace):
-            raise InvalidInput("number", number, f"an obstacle with a centre; {name_of(obstacles, number)} stays")
+        number = checked_obstacle(self.scene.obstacles, obstacle)
         place = checked_array("center", center, (3,), most=FARTHEST)
         angles = self._rotations[number] if rpy is None else checked_array("rpy", rpy, (3,))
         moves = checked_array("velocity", velocity, (3,), most=FARTHEST)

@@ -353,8 +353,9 @@ def test_what_cannot_be_followed_is_named(robot: Robot) -> None:
         (lambda: follower.set_targets({"left": None, "right": None}), "targets"),
         (lambda: follower.set_tasks([]), "tasks"),
         (lambda: follower.set_tasks([Own("left", (1.0, 2.0, 3.0))]), "tasks[0]"),
-        (lambda: follower.move_obstacle(1, (0.0, 0.0, 0.0)), "number"),
-        (lambda: follower.move_obstacle(0, (0.0, 0.0, 0.0)), "number"),
+        (lambda: follower.move_obstacle(1, (0.0, 0.0, 0.0)), "obstacle"),
+        (lambda: follower.move_obstacle(0, (0.0, 0.0, 0.0)), "obstacle"),
+        (lambda: follower.move_obstacle("ball", (0.0, 0.0, 0.0)), "obstacle"),
     ):
         with pytest.raises(InvalidInput) as raised:
             call()
@@ -366,3 +367,13 @@ def test_limits_that_are_missing_are_named(robot: Robot) -> None:
     with pytest.raises(InvalidInput, match=r"acceleration_limit \(rail\) is inf"):
         Follower(without, Scene(targets=AHEAD))
     assert Follower(without, Scene(targets=AHEAD), acceleration_limit=2.0).step().proven
+
+
+def test_an_obstacle_is_moved_by_its_name(robot: Robot) -> None:
+    balls = [Sphere(name=name, center=(3.0, 8.0 + i, 3.0), radius=0.2) for i, name in enumerate(("a", "b", "b"))]
+    follower = Follower(robot, Scene(targets=AHEAD, obstacles=tuple(balls)))
+    follower.step()
+    follower.move_obstacle("a", (3.0, 8.0, 5.0))
+    assert follower.step().jumped == "obstacles[0] (a)"
+    with pytest.raises(InvalidInput, match="a name that one obstacle has"):
+        follower.move_obstacle("b", (3.0, 8.0, 5.0))
