@@ -182,9 +182,8 @@ def as_far_as_qp(found: PathResult, motion: Integration) -> Integration:
     """
     if motion.status is Status.REACHED:
         return motion
-    return replace(
-        motion, status=found.status, reason=f"{found.reason}; as far as qp gets, {motion.reason.split(':')[0]}"
-    )
+    reached = motion.reason.split(":")[0]
+    return replace(motion, status=found.status, reason=f"{found.reason}; as far as qp gets, {reached}")
 
 
 def _has_arrived(problem: Problem, motion: Integration) -> bool:
