@@ -19,7 +19,7 @@ from humanoid_rail.trajectory import Trajectory
 NO_ENGINE = "nothing can be proven without the native engine"
 """This is said of a motion that has no certificate."""
 TRIED = {
-    "planned": "tried: there is a plan",
+    "planned": "tried: auto finds a plan",
     "posture": "tried: there is a configuration, and no path was found in a short search",
 }
 """How remedies were tried out."""
