@@ -92,7 +92,7 @@ def test_commands_exist_with_their_options(line: str) -> None:
 def quick_start() -> list[str]:
     """Return the commands of the README that take a moment, in order."""
     lines = [line for page, block in blocks("sh") if page == "README.md" for line in block.splitlines()]
-    slow = re.compile(rf"{COMMAND} play|--view|--help|scripts/")
+    slow = re.compile(rf"{COMMAND} (play|live)|--view|--help|scripts/")
     return [line for line in lines if COMMAND in line and not slow.search(line)]
 
 
