@@ -55,7 +55,7 @@ def colliding(tmp_path_factory: pytest.TempPathFactory, robot: Robot, scene: Sce
 
 def test_bad_input_is_one_line_and_exit_2(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     for arguments, said in (
-        (["dance"], "command is 'dance'; valid: one of plan, play, compare, verify, export, robot, urdf"),
+        (["dance"], "command is 'dance'; valid: one of plan, play, compare, live, verify, export, robot, urdf"),
         (["--nonsense"], "--nonsense"),
         (["plan", "--method", "magic"], "method is 'magic'"),
         (["play"], "FOLDER"),
