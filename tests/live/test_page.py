@@ -110,7 +110,8 @@ def test_a_target_that_the_mouse_drags_ends_in_a_certified_plan(served: Live, br
 
 @needs_browser
 def test_an_obstacle_has_a_gizmo_while_it_is_chosen_by_clicks(served: Live, browser: Any) -> None:
-    page = browser.new_page(viewport={"width": 1000, "height": 700})
+    # So wide a window has the sphere beside the panel.
+    page = browser.new_page(viewport={"width": 1600, "height": 700})
     page.goto(served.url)
     page.get_by_text("certified").first.wait_for(timeout=1000 * PATIENCE)
     page.wait_for_timeout(1000)  # until the camera is where it is told to be
