@@ -10,8 +10,7 @@
 Every edge that is sampled, shortened or rounded is proven to keep the safety distance (`collision/edge_checker.py`).
 The steps of the safe velocity are proven free of contact, and keep the distance where they end.
 
-Budgets are numbers of edge checks and never seconds, so a seed always gives the same plan; `max_planning_time` only
-cuts planning off.
+Budgets are numbers of edge checks, never seconds: a seed gives the same plan. `max_planning_time` cuts planning off.
 """
 
 from __future__ import annotations
@@ -90,7 +89,7 @@ class PathResult:
     searches: int = 0
     """The number of times the sampling planner was started."""
     explored: Array | None = None
-    """Configurations (K, n) that the last sampling has paths to from the start; None where a path was found."""
+    """Configurations (K, n) to which the last sampling has paths from the start; None where a path was found."""
 
 
 def find_path(
@@ -183,9 +182,8 @@ def as_far_as_qp(found: PathResult, motion: Integration) -> Integration:
     """
     if motion.status is Status.REACHED:
         return motion
-    return replace(
-        motion, status=found.status, reason=f"{found.reason}; as far as qp gets, {motion.reason.split(':')[0]}"
-    )
+    reached = motion.reason.split(":")[0]
+    return replace(motion, status=found.status, reason=f"{found.reason}; as far as qp gets, {reached}")
 
 
 def _has_arrived(problem: Problem, motion: Integration) -> bool:
