@@ -42,7 +42,7 @@ def _wait_for_moment(live: Live, page: Page) -> None:
     if plan is None or plan.motion is None:
         raise HumanoidRailError("the round of picks is not planned")
     wanted = plan.motion.configuration(plan.motion.arrivals[0] - BEFORE)
-    page.wait_for_timeout(3.0 * SECOND)
+    page.wait_for_timeout(6.0 * SECOND)
     while abs(live.session.tick(0.0).q - wanted).max() > NEAR:
         page.wait_for_timeout(0.02 * SECOND)
 
