@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from arms import long_arm
 
-from humanoid_rail import Box, HalfSpace, Kinematics, Robot, Scene, Sphere, load_robot, plan, verify
+from humanoid_rail import Box, Follower, HalfSpace, Kinematics, Robot, Scene, Sphere, load_robot, plan, verify
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 
 PEDESTAL = '<collision><origin xyz="0 0 -0.2"/><geometry><box size="0.1 0.1 0.2"/></geometry></collision>'
@@ -77,6 +77,9 @@ def test_a_body_deep_in_an_obstacle_is_warned_of(standing: Robot) -> None:
     scene = Scene(name="in", targets={"hand": (1.1, 0.1, 0.0)}, obstacles=(box_there,))
     with pytest.warns(UserWarning, match=r"base is 0\.05 m inside obstacles\[0\] \(box\), and neither moves"):
         plan(standing, scene)
+    with pytest.warns(UserWarning, match=r"base is 0\.05 m inside") as warned:
+        Follower(standing, scene, acceleration_limit=2.0)
+    assert warned[0].filename == __file__
 
 
 def test_links_that_are_locked_do_not_move_either() -> None:
