@@ -5,19 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 
+from humanoid_rail._arrays import Array
 from humanoid_rail.cli.console import console
 from humanoid_rail.collision.certificate import Certificate
 from humanoid_rail.diagnosis import Diagnosis
 from humanoid_rail.errors import told_apart
 from humanoid_rail.kinematics.joint_limits import Violation
 from humanoid_rail.kinematics.path_metric import PathQuality
+from humanoid_rail.model.pairs import NEITHER_MOVES, UncheckedPair
 from humanoid_rail.result import Status
 from humanoid_rail.trajectory import Trajectory
 
 NO_ENGINE = "nothing can be proven without the native engine"
 """This is said of a motion that has no certificate."""
 TRIED = {
-    "planned": "tried: there is a plan",
+    "planned": "tried: auto finds a plan",
     "posture": "tried: there is a configuration, and no path was found in a short search",
 }
 """How remedies were tried out."""
@@ -33,7 +35,7 @@ def report_plan(title: str, trajectory: Trajectory) -> None:
     rows = [
         ("status", f"{trajectory.status}: {trajectory.reason}"),
         *_diagnosis(trajectory.diagnosis),
-        (f"certified{_as_far(trajectory)}", _certified(certificate, trajectory.duration)),
+        (f"certified{_as_far(trajectory)}", _certified(certificate, float(trajectory.t[0]), float(trajectory.t[-1]))),
         *_limits(trajectory),
         ("duration", f"{trajectory.duration:.4f} s"),
         *_timing(trajectory),
@@ -49,11 +51,17 @@ def report_plan(title: str, trajectory: Trajectory) -> None:
     _print(title, rows)
 
 
-def report_certificate(
-    title: str, certificate: Certificate, duration: float, more: Iterable[tuple[str, str]] = ()
-) -> None:
-    """Print a short table of what is proven of a motion that takes a duration in s, and more rows."""
-    _print(title, [("certified", _certified(certificate, duration)), *more, *_clearances(certificate)])
+def report_certificate(title: str, certificate: Certificate, t: Array, more: Iterable[tuple[str, str]] = ()) -> None:
+    """Print a short table of what is proven of a motion with samples at times (N,) in s, and more rows."""
+    start, end = float(t[0]), float(t[-1])
+    rows = [("certified", _certified(certificate, start, end)), *_before(start), *more, *_clearances(certificate)]
+    _print(title, rows)
+
+
+def _before(start: float) -> Iterator[tuple[str, str]]:
+    """Say that a proof begins after the time at which obstacles start to move, if so."""
+    if start > 0.0:
+        yield "", "nothing is said of the time before the first sample; obstacles that move start at t = 0"
 
 
 def _print(title: str, rows: Iterable[tuple[str, str]]) -> None:
@@ -113,11 +121,18 @@ def _clearances(certificate: Certificate | None) -> Iterator[tuple[str, str]]:
     if certificate is not None:
         yield "least clearance", _clearance(certificate.min_clearance_obstacles, "no obstacles")
         yield "between links", _clearance(certificate.min_clearance_self, "no pairs to check")
-        pairs = [f"{pair.link} and {pair.other}" for pair in certificate.unchecked_pairs]
+        unmoved = [pair for pair in certificate.unchecked_pairs if pair.why.startswith(NEITHER_MOVES)]
+        pairs = [f"{pair.link} and {pair.other}" for pair in certificate.unchecked_pairs if pair not in unmoved]
         if pairs:
             yield "left out of checks", f"{_shortened(pairs)}, at least near their joint; docs/safety.md"
+        for i, pair in enumerate(unmoved):  # all of them: some may be deep in one another
+            yield "" if i else "never move, not checked", _unmoved(pair)
         if certificate.links_without_body:
             yield "no collision body", _shortened(certificate.links_without_body)
+
+
+def _unmoved(pair: UncheckedPair) -> str:
+    return f"{pair.link} and {pair.other}: {pair.why.removeprefix(f'{NEITHER_MOVES}; ')}"
 
 
 def _shortened(names: Sequence[str]) -> str:
@@ -151,14 +166,15 @@ def why_not_certified(certificate: Certificate) -> str:
     return ", and ".join(known) or "it could not be shown to be free of contact"
 
 
-def _certified(certificate: Certificate | None, end: float) -> str:
+def _certified(certificate: Certificate | None, start: float, end: float) -> str:
     if certificate is None:
         return f"no: {NO_ENGINE}"
     if not certificate.certified:
         return f"no: {why_not_certified(certificate)}"
     bound = certificate.clearance_bound
     nothing = "yes: there is nothing to touch"
-    return nothing if bound is None else f"yes: no clearance below {_length(bound)} until t = {end:.4g} s"
+    when = f"until t = {end:.4g} s" if start == 0.0 else f"from t = {start:.4g} s to t = {end:.4g} s"
+    return nothing if bound is None else f"yes: no clearance below {_length(bound)} {when}"
 
 
 def _found_by(trajectory: Trajectory) -> str:

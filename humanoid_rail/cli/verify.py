@@ -54,7 +54,7 @@ def command(folder: str, scene_file: str | None, robot: RobotOptions, max_checks
     plan = read_plan(folder, scene_file, **robot)
     with progress("proving"):
         certificate = verify(plan.robot, plan.scene, plan.trajectory, max_checks=max_checks)
-    report_certificate(plan.scene.name, certificate, plan.trajectory.duration)
+    report_certificate(plan.scene.name, certificate, plan.trajectory.t)
     return 0 if certificate.certified else 1
 
 
@@ -68,7 +68,7 @@ def _verify_file(file: str, scene_file: str | None, asked: RobotOptions, max_che
     motion = read_motion(file, robot, linear=linear)
     with progress("proving"):
         certificate = verify(robot, scene, motion, max_checks=max_checks)
-    report_certificate(scene.name, certificate, float(motion.t[-1]), _rows(robot, motion))
+    report_certificate(scene.name, certificate, motion.t, _rows(robot, motion))
     return 0 if certificate.certified else 1
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from humanoid_rail.model.collision_bodies import coal_placement
-from humanoid_rail.model.pairs import UncheckedPair
+from humanoid_rail.model.pairs import NEITHER_MOVES, UncheckedPair
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import Obstacle, is_moving, name_of
 from humanoid_rail.scene.shapes import PlacedShape, placed_shapes
@@ -36,7 +36,7 @@ def unmoved_pairs(
             if distance <= nearer_than + PRECISION:
                 deep = f" by {-distance:.3g} m" if distance < -PRECISION else ""
                 near = f"they are {distance:.4g} m apart" if distance > PRECISION else f"they touch{deep}"
-                yield UncheckedPair(link, name_of(obstacles, i), f"neither moves; {near}"), distance
+                yield UncheckedPair(link, name_of(obstacles, i), f"{NEITHER_MOVES}; {near}"), distance
 
 
 def _bodies_at_rest(robot: Robot) -> dict[str, list[PlacedShape]]:

@@ -57,6 +57,7 @@ class Session:
         self._world, self._method, self._speed = world, method, obstacle_speed
         self._mode = Mode.PLAN
         self._chase: Chase | None = None
+        self._load: Callable[[], Robot] | None = None
         self._planned: Planned | None = None
         self._message, self._plans, self._asked = "", 0, 0
         self._began = time.monotonic()
@@ -100,14 +101,11 @@ class Session:
         self._speed = speed
 
     def load_robot(self, load: Callable[[], Robot]) -> None:
-        """Have another robot of the same kind in the world."""
+        """Have another robot of the same kind in the world; of those that wait only the latest is loaded."""
+        with self._lock:
+            self._load = load
         self.set_mode(Mode.PLAN)
-
-        def work() -> None:
-            robot = load()
-            self.change(lambda world: world.with_robot(robot))
-
-        self._worker.ask(work)
+        self.replan()
 
     def replan(self) -> None:
         """Plan the world as it is; plans that wait are given up."""
@@ -121,17 +119,25 @@ class Session:
         with self._lock:
             if mode is self._mode:
                 return
-            if self._chase is not None:
-                self._world = self._world.at(self._chase.close())
-                self._chase = None
-            self._mode, self._message = mode, ""
-            if mode is not Mode.PLAN:
-                try:
-                    self._chase = Chase(self._world, self._speed)
-                except HumanoidRailError as refused:
-                    self._mode, self._message = Mode.PLAN, f"**not followed**: {plain(str(refused))}"
+            self._end_chase()
+            self._begin(mode)
         if self._mode is not Mode.FOLLOW:
             self.replan()
+
+    def _begin(self, mode: Mode) -> None:
+        """Have the robot do something, where it has no follower."""
+        self._mode, self._message = mode, ""
+        if mode is not Mode.PLAN:
+            try:
+                self._chase = Chase(self._world, self._speed)
+            except HumanoidRailError as refused:
+                self._mode, self._message = Mode.PLAN, f"**not followed**: {plain(str(refused))}"
+
+    def _end_chase(self) -> None:
+        """End the follower, if there is one, and leave the robot where it is."""
+        if self._chase is not None:
+            self._world = self._world.at(self._chase.close())
+            self._chase = None
 
     def tick(self, dt: float) -> Shown:
         """Go on by a time in s, and return what there is to see."""
@@ -160,7 +166,8 @@ class Session:
                 self._chase = None
 
     def _plan(self, number: int) -> None:
-        """Plan in the worker's thread, among the obstacles where they are."""
+        """Plan in the worker's thread, with the robot that was asked for last, among the obstacles where they are."""
+        self._take_robot()
         with self._lock:
             world, method = self._world, self._method
             there = world if self._chase is None else self._chase.world_now(world)
@@ -172,6 +179,18 @@ class Session:
             self._planned, self._began, self._message = result, time.monotonic(), ""
             if self._chase is not None and self._mode is Mode.DRIVE:
                 self._chase.take(result.motion if result.certified else None)
+
+    def _take_robot(self) -> None:
+        """Load the robot that waits, if one does, and have it in the world; a follower of the old one begins anew."""
+        with self._lock:
+            load, self._load = self._load, None
+        if load is None:
+            return
+        robot = load()
+        with self._lock:
+            self._end_chase()
+            self._world = self._world.with_robot(robot)
+            self._begin(self._mode)
 
     def failed(self, error: Exception) -> None:
         """Show an error that nobody expected; whoever reads it may change what led to it."""

@@ -31,7 +31,7 @@ def robot_of_motion(robot: Robot, t: Array, q: Array, velocity: Array | None) ->
     if not any(NO_MEETING in pair.why for pair in robot.left_out):
         return robot
     if robot not in _extended:
-        _extended[robot] = _with_all_far_parts(robot)
+        _extended[robot] = _with_far_parts(robot, np.ones(robot.model.nq, bool))
     extended, matters = _extended[robot]
     full = _extremes(t, q, velocity) @ robot.coupling.T + robot.offset
     low, high = robot.model.lowerPositionLimit - SLACK, robot.model.upperPositionLimit + SLACK
@@ -47,8 +47,19 @@ def _extremes(t: Array, q: Array, velocity: Array | None) -> Array:
     return np.vstack([q, q[:-1] + third * velocity[:-1], q[1:] - third * velocity[1:]])
 
 
-def _with_all_far_parts(robot: Robot) -> tuple[Robot, Array]:
-    """Return a robot with the far parts that its limits keep apart as bodies, and whose limits (nq,) those are."""
+def robot_beyond(robot: Robot, joint: int) -> Robot:
+    """Return the robot to look for motions with in which an actuated joint, by number, leaves its position limits."""
+    return _with_far_parts(robot, robot.coupling[:, joint] != 0.0)[0]
+
+
+def _with_far_parts(robot: Robot, leaving: Array) -> tuple[Robot, Array]:
+    """Return a robot with more far parts as bodies, and whose limits (nq,) keep these apart.
+
+    Args:
+        robot: The robot.
+        leaving: Of each coordinate (nq,) whether it may leave its limits. Where none between two bodies may, their
+            far parts are not added.
+    """
     bodies = robot.collision_model.copy()
     pairs, left_out = list(robot.self_collision_pairs), list[UncheckedPair]()
     matters = np.zeros(robot.model.nq, bool)
@@ -56,11 +67,13 @@ def _with_all_far_parts(robot: Robot) -> tuple[Robot, Array]:
         known = _known(robot, pair) if NO_MEETING in pair.why else []
         whys = []
         for parts, why in known:
-            is_kept_apart = parts is not None and why.startswith(NO_MEETING)
-            if parts is not None and is_kept_apart:
-                pairs.append((bodies.addGeometryObject(parts.first), bodies.addGeometryObject(parts.second)))
-                matters[[robot.model.joints[joint].idx_q for joint in parts.joints]] = True
-            whys.append(checked_in_part(parts) if parts is not None and is_kept_apart else why)
+            between = [] if parts is None else [robot.model.joints[joint].idx_q for joint in parts.joints]
+            if parts is None or not why.startswith(NO_MEETING) or not leaving[between].any():
+                whys.append(why)
+                continue
+            pairs.append((bodies.addGeometryObject(parts.first), bodies.addGeometryObject(parts.second)))
+            matters[between] = True
+            whys.append(checked_in_part(parts))
         why = said(reason_of(pair), list(dict.fromkeys(whys))) if whys else pair.why
         left_out.append(replace(pair, why=why))
     more = replace(robot, collision_model=bodies, self_collision_pairs=tuple(pairs), left_out=tuple(left_out))

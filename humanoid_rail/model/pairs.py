@@ -50,6 +50,8 @@ IN_PART = "checked only"
 """This is said of pairs whose far parts are checked."""
 NOT_AMONG = "not among the robot's self_collision_pairs"
 """This is said of pairs of which nothing else is known."""
+NEITHER_MOVES = "neither moves"
+"""This is said of a link and an obstacle that never move."""
 
 
 def choose_pairs(

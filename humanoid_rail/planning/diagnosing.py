@@ -22,10 +22,13 @@ from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.task import Task
 from humanoid_rail.kinematics.task_stack import stack_error
 from humanoid_rail.planning.blocking import blocking_on_edge, blocking_pairs
+from humanoid_rail.planning.methods import Auto
 from humanoid_rail.planning.options import PlanningMethod
 from humanoid_rail.planning.probe import Probe, hands_with_targets, target_of
 from humanoid_rail.planning.reach_miss import reach_miss
 from humanoid_rail.planning.remedies import (
+    PLANNED,
+    USE_AUTO,
     by_auto,
     fewer_hands,
     more_checks,
@@ -43,6 +46,8 @@ MOST_PAIRS = 8
 """So many pairs are kept."""
 MOST_REMEDIES = 4
 """So many remedies are looked for."""
+BY_AUTO = " (auto finds a plan then)"
+"""Of other methods it is said that it was `auto` that tried out what would help."""
 
 
 def diagnose(unreached: Unreached, method: PlanningMethod, started: float) -> Diagnosis:
@@ -76,12 +81,20 @@ def diagnose(unreached: Unreached, method: PlanningMethod, started: float) -> Di
     return _without_path(unreached, probe, best, goal, method)
 
 
-def in_one_line(diagnosis: Diagnosis) -> str:
-    """Return what a reason says of a diagnosis; nothing where only the end of a motion was looked at."""
+def in_one_line(diagnosis: Diagnosis, method: PlanningMethod) -> str:
+    """Return what a reason says of a diagnosis; nothing where only the end of a motion was looked at.
+
+    Args:
+        diagnosis: Why a segment did not reach its targets.
+        method: What planned it. Where it is another than `auto`, it is said that `auto` tried out what would help.
+    """
     if diagnosis.found_by == "motion" and not diagnosis.blocking and not diagnosis.remedies:
         return ""
-    help_ = f"; what would help: {diagnosis.remedies[0].what}" if diagnosis.remedies else ""
-    return f"; nearest miss: {diagnosis.miss}{help_}"
+    if not diagnosis.remedies:
+        return f"; nearest miss: {diagnosis.miss}"
+    remedy = diagnosis.remedies[0]
+    by_another = not isinstance(method, Auto) and remedy.proven == PLANNED and remedy.what != USE_AUTO
+    return f"; nearest miss: {diagnosis.miss}; what would help: {remedy.what}{BY_AUTO if by_another else ''}"
 
 
 CUT_OFF = (Status.PLANNING_TIMEOUT, Status.TIME_LIMIT, Status.OVERRUN, Status.UNCERTIFIED)

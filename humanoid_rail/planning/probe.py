@@ -47,7 +47,9 @@ class Probe:
         """
         self.problem, self.robot, self.deadline = problem, problem.robot, deadline
         self.spare = SPARE
-        self.kept = method.kept_distance or 0.0
+        self.has_distance = method.kept_distance is not None
+        # Where the method keeps none, `auto` keeps its own.
+        self.kept = Auto().safety_distance if method.kept_distance is None else method.kept_distance
         pairs = len(self.robot.link_names) * len(problem.obstacles)
         self.budget = max(100, int(MAX_SOLVES * min(1.0, MANY_BODIES / max(pairs, 1))))
         self.solves = self.plans = 0

@@ -12,6 +12,7 @@ from humanoid_rail._arrays import Array, frozen
 from humanoid_rail.diagnosis import Remedy
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.task import Task
+from humanoid_rail.model.beyond_limits import robot_beyond
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.probe import Probe, hand_of, hands_with_targets, shifted, target_of
 from humanoid_rail.planning.remedies import fewer_hands, limit_opened, targets_moved, turned_freely
@@ -103,7 +104,8 @@ def _moved(probe: Probe, tasks: Sequence[Task], moving: Sequence[str], q: Array)
 
 def _opened(probe: Probe, tasks: Sequence[Task], joint: int, side: str, q: Array) -> Remedy | None:
     """Return how far a position limit has to be opened, if that alone is enough."""
-    robot = probe.robot
+    # Neighbours that this limit keeps apart are checked against each other.
+    robot = robot_beyond(probe.robot, joint)
     limit, width = float(getattr(robot, side)[joint]), float(robot.upper[joint] - robot.lower[joint])
     outwards = -1.0 if side == "lower" else 1.0
 

@@ -23,6 +23,8 @@ LEAST_DISTANCE = 1e-3
 """No smaller safety distance than this is proposed, m."""
 MOST_NAMES = 4
 """Of obstacles that would have to go so many are named."""
+USE_AUTO = "plan with the method auto"
+"""To other methods this is proposed."""
 MORE_CHECKS = 5000
 """Where fewer edge checks than this were allowed, it is tried out with so many."""
 ALONE = 2
@@ -39,8 +41,8 @@ def targets_moved(probe: Probe, tasks: Sequence[Task], moved: Sequence[Task]) ->
 
 
 def smaller_distance(probe: Probe, tasks: Sequence[Task], near: Sequence[Array]) -> Remedy | None:
-    """Return that a smaller safety distance is kept; None if none that was tried is enough."""
-    for share in SMALLER:
+    """Return that a smaller safety distance is kept; None if none that was tried is enough, or the method has none."""
+    for share in SMALLER if probe.has_distance else ():
         distance = max(share * probe.kept, LEAST_DISTANCE)
         if distance >= probe.kept:
             return None
@@ -92,7 +94,7 @@ def by_auto(probe: Probe, tasks: Sequence[Task], method: PlanningMethod) -> Reme
     """Return that `auto` plans it; None if that did."""
     if isinstance(method, Auto) or not probe.is_planned(tasks):
         return None
-    return Remedy("plan with the method auto", PLANNED)
+    return Remedy(USE_AUTO, PLANNED)
 
 
 def more_checks(probe: Probe, tasks: Sequence[Task], method: PlanningMethod) -> Remedy | None:

@@ -12,6 +12,7 @@ from humanoid_rail.collision.certifier import certify
 from humanoid_rail.errors import InvalidInput, check_kind, told_apart
 from humanoid_rail.kinematics.kinematics import Kinematics
 from humanoid_rail.model.robot import Robot, check_joint_names
+from humanoid_rail.planning.start import warn_of_depth
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.trajectory import Trajectory
 
@@ -58,6 +59,7 @@ def verify(robot: Robot, scene: Scene, trajectory: SampledMotion, *, max_checks:
     check_kind("robot", robot, Robot)
     check_kind("scene", scene, Scene)
     t, q, velocity = _checked_motion(robot, trajectory)
+    warn_of_depth(robot, scene)
     return certify(robot, scene.obstacles, t, q, velocity, max_checks=max_checks)
 
 

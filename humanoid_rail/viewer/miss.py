@@ -41,7 +41,10 @@ FOUND = {
     "reach": "as near as the joint limits allow",
 }
 """Where a nearest miss comes from, in words."""
-TRIED = {"planned": "tried, there is a plan", "posture": "a configuration exists; no path was found in a short search"}
+TRIED = {
+    "planned": "tried, auto finds a plan",
+    "posture": "a configuration exists; no path was found in a short search",
+}
 """How a remedy was tried out, in words."""
 
 

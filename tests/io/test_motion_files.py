@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import BPoly, CubicHermiteSpline
 
-from humanoid_rail import InvalidInput, Robot, Scene, Trajectory, export, retime, verify
+from humanoid_rail import InvalidInput, Kinematics, Robot, Scene, Sphere, Trajectory, export, retime, verify
 from humanoid_rail.cli import commands
 from humanoid_rail.cli.console import run
 from humanoid_rail.io.motion_files import departure, limits_exceeded, read_motion
@@ -164,3 +164,24 @@ def test_the_command_verifies_a_file(
         run(commands, ["verify", str(path)])
     assert ended.value.code == 2
     assert "by --scene" in capfd.readouterr().err
+
+
+def test_the_command_says_from_when_on_a_proof_holds(
+    robot: Robot, free: Scene, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Only after 5 s is there a sample; until then a ball has gone through the robot and out of its way."""
+    q = np.tile(robot.initial, (2, 1))
+    hand = Kinematics(robot).hand_positions(robot.initial)[0]
+    ball = Sphere(center=tuple(hand - (0.0, 0.0, 6.0)), radius=0.2, velocity=(0.0, 0.0, 3.0))
+    scene = tmp_path / "scene.json"
+    scene.write_text(free.model_copy(update={"obstacles": (ball,)}).model_dump_json(exclude_none=True))
+    for start, said in ((0.0, "touches obstacles[0]"), (5.0, "from t = 5 s to t = 6 s")):
+        path = tmp_path / "late.csv"
+        rows = np.column_stack([[start, 6.0], q])
+        np.savetxt(path, rows, delimiter=",", header=",".join(["t", *robot.joint_names]), comments="")
+        with pytest.raises(SystemExit) as ended:
+            run(commands, ["verify", str(path), "--scene", str(scene)])
+        assert ended.value.code == (0 if start else 1)
+        out = " ".join(capfd.readouterr().out.replace("│", "").split())
+        assert said in out
+        assert ("nothing is said of the time before the first sample" in out) == (start > 0.0)

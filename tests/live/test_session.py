@@ -166,3 +166,48 @@ def test_what_comes_nearer_gets_no_farther_than_it_may(rng: np.random.Generator)
         for corner in 0.5 * np.eye(3):
             assert np.linalg.norm(there.act(corner) - a.act(corner)) <= 0.01 + 1e-12
         assert nearer(a, b, 0.5, 100.0).isApprox(b, 1e-9)
+
+
+def test_a_robot_that_waits_to_be_loaded_is_not_lost_to_other_changes(session: Session) -> None:
+    wait_until(lambda: not session.is_planning)
+    begun, go_on = threading.Event(), threading.Event()
+
+    def slowly() -> Robot:
+        begun.set()
+        assert go_on.wait(PATIENCE)
+        return load_robot(l_l3=0.9)
+
+    wanted = load_robot(l_l3=0.8)
+    session.load_robot(slowly)
+    assert begun.wait(PATIENCE)
+    session.load_robot(lambda: wanted)
+    session.replan()
+    go_on.set()
+    wait_until(lambda: not session.is_planning)
+    assert session.world.robot is wanted
+
+
+def test_a_robot_that_is_loaded_late_is_the_one_that_follows(session: Session) -> None:
+    wait_until(lambda: not session.is_planning)
+    begun, go_on = threading.Event(), threading.Event()
+    other = load_robot(l_l3=0.8)
+
+    def slowly() -> Robot:
+        begun.set()
+        assert go_on.wait(PATIENCE)
+        return other
+
+    session.load_robot(slowly)
+    assert begun.wait(PATIENCE)
+    session.set_mode(Mode.FOLLOW)
+    there = session.tick(0.0).q
+    go_on.set()
+    wait_until(lambda: session.world.robot is other)
+    assert session.mode is Mode.FOLLOW
+    assert session._chase is not None
+    assert session._chase.follower.robot is other
+    np.testing.assert_allclose(session.tick(0.0).q, there, atol=0.2)
+    session.set_mode(Mode.PLAN)
+    wait_until(lambda: not session.is_planning)
+    assert session.plan is not None
+    assert session.plan.certified

@@ -169,3 +169,24 @@ def test_beyond_limits_it_is_said_what_is_still_not_checked() -> None:
     known = {(pair.link, pair.other): pair.why for pair in certificate.unchecked_pairs}
     assert "checked only farther than" in known["b0", "b1"]
     assert "of others of their bodies: not checked anywhere" in known["b0", "b1"]
+
+
+@pytest.mark.parametrize(("distance", "helps"), [(0.7, True), (0.505, False)])
+def test_a_limit_that_keeps_neighbours_apart_is_only_opened_as_far_as_they_stay_clear(
+    distance: float, helps: bool
+) -> None:
+    """A stiff bone of 1 m and a forearm of 0.5 m, which would have to fold to 0.1 rad to get to the nearer place."""
+    limits = {"j1": 'lower="-0.001" upper="0.001" velocity="2"', "j2": 'lower="-1.5" upper="2" velocity="2"'}
+    scene = Scene(name="folded", targets={"tool": (distance, 0.0, 0.0)})
+    pairs = "".join(
+        f'<disable_collisions link1="{a}" link2="{b}"/>' for a, b in (("b0", "b1"), ("b1", "b2"), ("b0", "b2"))
+    )
+    srdf = f"<robot>{pairs}</robot>"
+    trajectory = plan(arm(limits=limits, srdf=srdf), scene)
+    assert trajectory.status == "target_out_of_reach"
+    opened = [one.limit for one in trajectory.diagnosis.remedies if one.limit is not None and one.limit[0] == "j2"]
+    assert [side for _, side, _ in opened] == (["upper"] if helps else [])
+    for _, _, value in opened:
+        wider = arm(limits={**limits, "j2": f'lower="-1.5" upper="{value}" velocity="2"'}, srdf=srdf)
+        again = plan(wider, scene)
+        assert (again.status, again.certified) == ("reached", True)

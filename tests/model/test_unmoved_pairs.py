@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,7 +10,9 @@ import pytest
 from arms import long_arm
 
 from humanoid_rail import Box, Follower, HalfSpace, Kinematics, Robot, Scene, Sphere, load_robot, plan, verify
+from humanoid_rail.cli.report import report_certificate
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
+from humanoid_rail.model.pairs import UncheckedPair
 
 PEDESTAL = '<collision><origin xyz="0 0 -0.2"/><geometry><box size="0.1 0.1 0.2"/></geometry></collision>'
 """It stands on z = -0.3 m."""
@@ -72,7 +75,7 @@ def test_obstacles_that_move_are_checked_against_all(standing: Robot) -> None:
     assert certificate.contact.t == pytest.approx(0.5, abs=0.01)
 
 
-def test_a_body_deep_in_an_obstacle_is_warned_of(standing: Robot) -> None:
+def test_a_body_deep_in_an_obstacle_is_warned_of_and_named(standing: Robot, capsys: pytest.CaptureFixture[str]) -> None:
     box_there = Box(center=(0.0, 0.0, -0.3), size=(0.2, 0.2, 0.1))
     scene = Scene(name="in", targets={"hand": (1.1, 0.1, 0.0)}, obstacles=(box_there,))
     with pytest.warns(UserWarning, match=r"base is 0\.05 m inside obstacles\[0\] \(box\), and neither moves"):
@@ -80,6 +83,15 @@ def test_a_body_deep_in_an_obstacle_is_warned_of(standing: Robot) -> None:
     with pytest.warns(UserWarning, match=r"base is 0\.05 m inside") as warned:
         Follower(standing, scene, acceleration_limit=2.0)
     assert warned[0].filename == __file__
+    with pytest.warns(UserWarning, match=r"base is 0\.05 m inside obstacles\[0\] \(box\), and neither moves"):
+        certificate = verify(standing, scene, still(standing))
+    # However many pairs are left out, the command names this one.
+    left_out = tuple(UncheckedPair(f"a{i}", f"b{i}", "disabled by the SRDF") for i in range(40))
+    more = replace(certificate, unchecked_pairs=(*left_out, *certificate.unchecked_pairs))
+    report_certificate("s", more, np.array([0.0, 1.0]))
+    said = " ".join(capsys.readouterr().out.split())
+    assert "never move, not checked │ base and obstacles[0] (box): they touch by 0.05 m" in said
+    assert "a39" not in said
 
 
 def test_links_that_are_locked_do_not_move_either() -> None:

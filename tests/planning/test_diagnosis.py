@@ -14,6 +14,7 @@ from humanoid_rail import (
     Auto,
     Box,
     Diagnosis,
+    GradientProjection,
     Remedy,
     Robot,
     SafeVelocity,
@@ -234,3 +235,17 @@ def test_it_is_kept_in_files(tmp_path: Path, name: str) -> None:
     reached = replace(trajectory, verdict=replace(trajectory.verdict, diagnosis=None))
     write_trajectory(reached, tmp_path)
     assert read_trajectory(tmp_path).diagnosis is None
+
+
+def test_what_helps_a_method_without_a_safety_distance_is_tried_with_that_of_auto(robot: Robot) -> None:
+    """A bead is 4 mm from the forearm's end at its target: `auto` would keep 10 mm, so it is not proposed."""
+    scene = load_scene(ROOT / "scenes/dev/deep-500003.json")
+    center = np.add(scene.targets["left"], (0.0, 0.0, 0.05 + 0.004 + 0.05))
+    bead = Sphere(center=tuple(center.tolist()), radius=0.05, name="bead")
+    near = scene.model_copy(update={"obstacles": (*scene.obstacles, bead)})
+    trajectory = plan(robot, near, GradientProjection())
+    assert plan(robot, near, Auto(max_edge_checks=BUDGET)).status != "reached"
+    remedies = trajectory.diagnosis.remedies
+    assert remedies[0].proven == "planned"
+    assert trajectory.reason.endswith(f"{remedies[0].what} (auto finds a plan then)")
+    assert not [one.what for one in remedies if "the method auto" in one.what or one.option]
