@@ -91,7 +91,11 @@ void bind_follower(nb::module_& module) {
             return self.step(brakes);
           },
           "brakes"_a)
-      .def("start", &FollowerLoop::start)
+      .def("start",
+           [](FollowerLoop& self) {
+             const LockRelease release;
+             self.start();
+           })
       .def("stop",
            [](FollowerLoop& self) {
              const LockRelease release;

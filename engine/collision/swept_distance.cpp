@@ -143,10 +143,7 @@ Levers SweptDistance::levers(const Vector& slide) {
 double SweptDistance::size(const Vector& slide, double time) const {
   double largest = motion_bound_.size(slide);
   for (const auto& piece : pieces_) {
-    const bool is_plane = piece.shape->getNodeType() == coal::GEOM_HALFSPACE;
-    const double own =
-        is_plane ? std::abs(static_cast<const coal::Halfspace&>(*piece.shape).d) : piece.shape->aabb_radius;
-    largest = std::max(largest, piece.placement.getTranslation().norm() + own + piece.velocity.norm() * time);
+    largest = std::max(largest, piece.placement.getTranslation().norm() + piece.size() + piece.velocity.norm() * time);
   }
   return largest;
 }

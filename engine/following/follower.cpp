@@ -20,8 +20,8 @@ constexpr double JUMP_PRECISION = 1e-9;
 
 // How far a point within a radius of the origin gets at most from one placement to another, m.
 double displacement(const coal::Transform3s& a, const coal::Transform3s& b, double radius) {
-  const double trace = (a.getRotation().transpose() * b.getRotation()).trace();
-  const double turn = std::sqrt(std::max(0.0, 3.0 - trace));  // 2 sin(angle / 2)
+  // 2 sin(angle / 2). A trace of the rotations would lose half of the digits here.
+  const double turn = (a.getRotation() - b.getRotation()).norm() / std::sqrt(2.0);
   return (b.getTranslation() - a.getTranslation()).norm() + turn * radius;
 }
 
@@ -48,7 +48,7 @@ Follower::Follower(std::shared_ptr<const Robot> robot, const Obstacles& obstacle
     Body& body = bodies_[static_cast<std::size_t>(piece.obstacle)];
     body.placement = body.proven = piece.placement;
     body.velocity = piece.velocity;
-    body.radius = std::max(body.radius, piece.shape->aabb_center.norm() + piece.shape->aabb_radius);
+    body.radius = std::max(body.radius, piece.size());
   }
   state_.q = state_.stop = start;
   state_.velocity = Vector::Zero(start.size());

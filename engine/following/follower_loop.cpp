@@ -34,13 +34,22 @@ FollowerLoop::FollowerLoop(std::shared_ptr<const Robot> robot, const Obstacles& 
       placed_(static_cast<std::size_t>(obstacles.size())),
       state_(follower_.state()) {}
 
+bool FollowerLoop::is_foreign() const { return runs_ && process_ != getpid(); }
+
+// Comes before any lock: another thread may have held it when this process was forked.
+void FollowerLoop::check_process() const {
+  if (is_foreign()) throw std::runtime_error("the follower was started in another process: make one here");
+}
+
 void FollowerLoop::set_goal(std::shared_ptr<const Goal> goal) {
+  check_process();
   const std::lock_guard<std::mutex> lock(shared_);
   goal_ = std::move(goal);
   is_goal_pending_ = true;
 }
 
 void FollowerLoop::place(int obstacle, const coal::Transform3s& placement, const Eigen::Vector3d& velocity) {
+  check_process();
   const std::lock_guard<std::mutex> lock(shared_);
   placed_.at(static_cast<std::size_t>(obstacle)) = {placement, velocity, true};
 }
@@ -64,6 +73,7 @@ void FollowerLoop::cycle(bool brakes) {
 }
 
 FollowerState FollowerLoop::step(bool brakes) {
+  check_process();
   const std::lock_guard<std::mutex> lock(steps_);
   if (runs_) throw std::runtime_error("the follower runs in its thread: stop it first");
   join();
@@ -72,6 +82,7 @@ FollowerState FollowerLoop::step(bool brakes) {
 }
 
 void FollowerLoop::start() {
+  check_process();
   const std::lock_guard<std::mutex> lock(steps_);
   if (runs_) throw std::runtime_error("the follower runs already");
   join();
@@ -118,17 +129,24 @@ void FollowerLoop::run_cycles() {
 }
 
 void FollowerLoop::stop() {
-  brakes_ = true;
+  check_process();
   {
+    // The thread that starts now is to brake as well.
     const std::lock_guard<std::mutex> lock(steps_);
+    brakes_ = true;
     join();
   }
   check_error();
 }
 
 void FollowerLoop::end() noexcept {
-  ends_ = true;
+  if (is_foreign()) {
+    if (thread_.joinable()) thread_.detach();
+    return;
+  }
+  ends_ = true;  // Whoever waits for the robot to brake waits no longer.
   const std::lock_guard<std::mutex> lock(steps_);
+  ends_ = true;  // A start may have come in between.
   join();
 }
 
@@ -138,17 +156,18 @@ void FollowerLoop::join() noexcept {
     thread_.join();
   } else {
     thread_.detach();
-    runs_ = false;
   }
 }
 
 FollowerState FollowerLoop::state() const {
+  check_process();
   check_error();
   const std::lock_guard<std::mutex> lock(shared_);
   return state_;
 }
 
 CycleTimes FollowerLoop::times() const {
+  check_process();
   const std::lock_guard<std::mutex> lock(shared_);
   return times_;
 }

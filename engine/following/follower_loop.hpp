@@ -30,7 +30,9 @@ class CycleTimes {
   std::array<std::int64_t, 10'000> bins_{};
 };
 
-// A follower that threads may share: what they say of targets and obstacles counts from the next cycle on.
+// A follower that threads may share: what they say of targets and obstacles counts from the next cycle on. While its
+// thread runs it is of no use in a forked process, which has no such thread: all but is_running and end throw
+// std::runtime_error there.
 class FollowerLoop {
  public:
   FollowerLoop(std::shared_ptr<const Robot> robot, const Obstacles& obstacles, const Vector& start,
@@ -50,7 +52,8 @@ class FollowerLoop {
   void stop();
   // Ends the thread after the cycle at hand, wherever the robot is.
   void end() noexcept;
-  [[nodiscard]] bool is_running() const { return runs_; }
+  // False in a process that was forked from the one of the thread.
+  [[nodiscard]] bool is_running() const { return runs_ && !is_foreign(); }
   // Throws std::runtime_error where the thread ended by an error.
   [[nodiscard]] FollowerState state() const;
   [[nodiscard]] CycleTimes times() const;
@@ -75,6 +78,8 @@ class FollowerLoop {
   void run();
   void run_cycles();
   void join() noexcept;
+  [[nodiscard]] bool is_foreign() const;
+  void check_process() const;
   void check_error() const;
 
   Follower follower_;
@@ -91,7 +96,7 @@ class FollowerLoop {
 
   std::thread thread_;
   std::atomic<bool> runs_{false}, brakes_{false}, ends_{false};
-  int process_ = 0;  // In which the thread was started: a forked one has none.
+  std::atomic<int> process_{0};  // In which the thread was started: a forked one has none.
 };
 
 }  // namespace humanoid_rail

@@ -45,8 +45,7 @@ void StopProof::place(int obstacle, const coal::Transform3s& placement) {
   const auto [first, end] = obstacles_.pieces_of(obstacle);
   for (std::size_t i = first; i < end; ++i) {
     swept_.place(i, placement);
-    const double own = swept_.pieces()[i].shape->aabb_radius;
-    apart_ = std::max(apart_, 2.0 * margin(placement.getTranslation().norm() + own));
+    apart_ = std::max(apart_, 2.0 * margin(placement.getTranslation().norm() + swept_.pieces()[i].size()));
   }
 }
 

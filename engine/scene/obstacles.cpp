@@ -1,11 +1,17 @@
 #include "obstacles.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include <coal/shape/convex.h>
 #include <coal/shape/geometric_shapes.h>
 
 namespace humanoid_rail {
+
+double Obstacles::Piece::size() const {
+  if (shape->getNodeType() == coal::GEOM_HALFSPACE) return std::abs(static_cast<const coal::Halfspace&>(*shape).d);
+  return shape->aabb_center.norm() + shape->aabb_radius;
+}
 
 void Obstacles::add(std::shared_ptr<coal::CollisionGeometry> shape, const coal::Transform3s& placement,
                     const Eigen::Vector3d& velocity) {

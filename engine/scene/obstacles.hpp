@@ -22,6 +22,9 @@ class Obstacles {
     [[nodiscard]] coal::Transform3s at(double t) const {
       return {placement.getRotation(), placement.getTranslation() + t * velocity};
     }
+    // Its points are no farther from its origin, m. For a half-space, which has no farthest point and never turns, this
+    // is the distance of its plane.
+    [[nodiscard]] double size() const;
     [[nodiscard]] bool moves() const { return !velocity.isZero(0.0); }
   };
 

@@ -35,8 +35,9 @@ By induction there is a proven stop at the end of every cycle: the robot starts 
 and braking goes along an edge that was proven already. All limits hold too: braking keeps them by construction.
 This is passive motion safety (Macek et al. 2009; Bouraine, Fraichard and Salhi 2012): the robot is at rest before
 anything can touch it. Nothing is said of what runs into a robot at rest, nor of bodies that the robot has not
-(:class:`humanoid_rail.Certificate` names them for plans). What is proven of q is true of a robot whose drives hold each
-velocity for dt.
+(:class:`humanoid_rail.Certificate` names them for plans), nor of bodies that no joint moves, as a base: a stop cannot
+help them. These and obstacles are not even measured while neither moves. What is proven of q is true of a robot whose
+drives hold each velocity for dt.
 
 An obstacle that gets farther from where it was when the stop was proven than s_i (L + time since then) voids the proof.
 That is said in `jumped`, and `proven` is False from then on, until a stop is proven among the obstacles where they are
@@ -71,6 +72,7 @@ from humanoid_rail.kinematics.task import Task
 from humanoid_rail.model.native_robot import native_robot
 from humanoid_rail.model.position_limits import within_position_limits
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.planning.start import warn_of_depth
 from humanoid_rail.planning.target_tasks import tasks_of
 from humanoid_rail.resolution.native_options import native_gains, native_safety
 from humanoid_rail.resolution.qp import Safety
@@ -88,7 +90,9 @@ class Follower:
 
     Targets and obstacles may be changed between cycles. The cycles are made by :meth:`step`, or by a thread of the
     engine's own, from :meth:`start` to :meth:`stop`, which needs no Python; `with follower:` does both. Python threads
-    may share a follower. What is proven, and of what, says :mod:`humanoid_rail.following.follower`.
+    may share a follower; while its thread runs, a forked process may not, and all but `is_running` raises RuntimeError
+    there. What is proven, and of what, says :mod:`humanoid_rail.following.follower`. A body that no joint moves and
+    that is deep in an obstacle at rest gives a warning, as in :func:`humanoid_rail.plan`.
 
     Raises:
         InvalidInput: If an argument is not valid, a joint has no finite limit of speed or acceleration, or the start
@@ -133,6 +137,7 @@ class Follower:
         self.robot, self.scene, self.dt = robot, scene, checked_cycle(dt)
         self.gains, self.safety = Gains() if gains is None else gains, Safety() if safety is None else safety
         check_without_functions(self.gains, self.safety)
+        warn_of_depth(robot, scene)
         given = start_of_scene(robot, scene) if start is None else start
         first = within_position_limits(robot, checked_array("start", given, (robot.n,)), "start")
         self.acceleration_limit = checked_acceleration(robot, acceleration_limit)
@@ -234,7 +239,7 @@ class Follower:
         should be.
 
         Raises:
-            RuntimeError: If it runs already.
+            RuntimeError: If it runs already, here or in the process that this one was forked from.
         """
         self._native.start()
 
@@ -249,7 +254,7 @@ class Follower:
 
     @property
     def is_running(self) -> bool:
-        """Whether the thread runs."""
+        """Whether the thread runs; False in a process that was forked while it did."""
         running: bool = self._native.is_running
         return running
 

@@ -1,30 +1,31 @@
-"""The page in the browser: the world with gizmos to drag, and the panel beside it. The only part that knows viser."""
+"""The page in the browser: the world with gizmos to drag, and the panel beside it. It and the stage know viser."""
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from typing import Any
 
+import coal
 import numpy as np
 import pinocchio as pin
 import viser
 
 from humanoid_rail._arrays import Array
-from humanoid_rail.kinematics.kinematics import Kinematics
 from humanoid_rail.live.session import SPEED, Mode, Session, Shown
-from humanoid_rail.live.triangles import Triangles, obstacle_triangles, triangles
+from humanoid_rail.live.stage import draw, mark_target, set_stage
+from humanoid_rail.live.triangles import obstacle_triangles, triangles
 from humanoid_rail.live.world import World, placed, placement, target_rotation, turned_target
 from humanoid_rail.model.library import load_robot
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.methods import METHODS
-from humanoid_rail.scene.obstacles import HalfSpace
-from humanoid_rail.scene.targets import is_oriented, position
-from humanoid_rail.viewer.colours import OBSTACLE_COLOURS, PLAIN, WALL_COLOUR, hand_colour, rgb
-from humanoid_rail.viewer.sizes import robot_points, scale
+from humanoid_rail.scene.obstacles import Box, HalfSpace, Obstacle
+from humanoid_rail.scene.targets import Pose, Target, is_oriented, position
+from humanoid_rail.viewer.colours import PLAIN, hand_colour, rgb
+from humanoid_rail.viewer.drawing import is_floor, obstacle_colours
+from humanoid_rail.viewer.sizes import scale
 from humanoid_rail.viewer.visual_meshes import robot_visuals
 
-MOST_GIZMOS = 40
-"""So many obstacles can be dragged; there is no seeing through more of them."""
 SIZES = {
     "upper arms, m": (("l_l2", "l_r2"), 0.4, 1.6, 1.0),
     "forearms, m": (("l_l3", "l_r3"), 0.4, 1.6, 1.0),
@@ -44,29 +45,14 @@ class Page:
         self._robot: Robot | None = None
         self._joints: dict[str, Any] = {}
         self._status = ""
+        self._chosen: tuple[int, Any] | None = None
+        self._choosing = threading.Lock()
         self.targets: dict[tuple[int, str], Any] = {}
         """The gizmo of each target, by step and hand."""
-        server.scene.set_up_direction("+z")
-        server.scene.configure_default_lights()
+        set_stage(server, session.world)
         self._draw_world(session.world)
-        self._set_camera(session.world)
         self._add_panel(session.world)
         self.show(session.tick(0.0))
-
-    def _set_camera(self, world: World) -> None:
-        """Look at hands and targets from the side on which the targets are, and draw a floor below the robot."""
-        body = robot_points(world.robot, robot_visuals(world.robot), world.q)
-        targets = np.array([position(t) for step in world.scene.steps for t in step.values() if t is not None])
-        hands = Kinematics(world.robot).hand_positions(world.q).reshape(-1, 3)
-        points = np.vstack([hands, targets])
-        low, high = points.min(axis=0), points.max(axis=0)
-        middle, size = (low + high) / 2.0, float(np.linalg.norm(high - low)) + scale(world.robot)
-        side = targets.mean(axis=0) - hands.mean(axis=0)
-        towards = np.array([side[0], side[1], 0.0]) / max(float(np.linalg.norm(side[:2])), 1e-6)
-        away = 0.8 * towards + 0.5 * np.array([-towards[1], towards[0], 0.0]) + np.array([0.0, 0.0, 0.35])
-        camera = self.server.initial_camera
-        camera.look_at, camera.position = tuple(middle.tolist()), tuple((middle + size * away).tolist())
-        self.server.scene.add_grid("/floor", 40.0, 40.0, position=(0.0, 0.0, float(body[:, 2].min())))
 
     def show(self, shown: Shown) -> None:
         """Show a moment."""
@@ -94,19 +80,19 @@ class Page:
                 frame = self.server.scene.add_frame(f"/robot/{visual.joint}", show_axes=False)
                 self._joints[visual.joint] = frame
             rgba = PLAIN if visual.rgba is None else visual.rgba
-            node = self._mesh(f"/robot/{visual.joint}/{visual.name}", triangles(visual.shape), np.array(rgba[:3]))
+            node = draw(
+                self.server,
+                f"/robot/{visual.joint}/{visual.name}",
+                triangles(visual.shape),
+                np.array(rgba[:3]),
+                flat=isinstance(visual.shape, coal.Box),
+            )
             _put(node, visual.placement)
 
     def _move_robot(self, robot: Robot, q: Array) -> None:
         pin.forwardKinematics(robot.model, self._data, robot.coupling @ q + robot.offset)
         for name, frame in self._joints.items():
             _put(frame, self._data.oMi[robot.model.getJointId(name)])
-
-    def _mesh(self, name: str, mesh: Triangles, colour: Array, opacity: float | None = None) -> Any:
-        red, green, blue = (255 * np.clip(colour, 0, 1)).astype(int).tolist()
-        return self.server.scene.add_mesh_simple(
-            name, mesh.vertices, mesh.faces, color=(red, green, blue), opacity=opacity, side="double"
-        )
 
     def _draw_world(self, world: World) -> None:
         self._draw_robot(world.robot)
@@ -115,17 +101,45 @@ class Page:
             for i, hand in enumerate(world.robot.hands):
                 if step[hand.name] is not None:
                     self._add_target(number, hand.name, i, size)
-        self._obstacles: list[Any] = []
-        gizmos = 0
-        for i, obstacle in enumerate(world.scene.obstacles):
-            is_wall = isinstance(obstacle, HalfSpace)
-            colour = rgb(WALL_COLOUR if is_wall else OBSTACLE_COLOURS[i % len(OBSTACLE_COLOURS)])
-            frame = self.server.scene.add_frame(f"/obstacles/{i}", show_axes=False)
-            self._mesh(f"/obstacles/{i}/body", obstacle_triangles(obstacle), colour, 0.2 if is_wall else 0.6)
-            self._obstacles.append(None if is_wall else frame)
-            if not is_wall and gizmos < MOST_GIZMOS:
-                gizmos += 1
-                self._add_obstacle_gizmo(i, size)
+        self._obstacles = [
+            self._add_obstacle(i, obstacle, colour)
+            for i, (obstacle, colour) in enumerate(
+                zip(world.scene.obstacles, obstacle_colours(world.scene.obstacles), strict=True)
+            )
+        ]
+
+    def _add_obstacle(self, i: int, obstacle: Obstacle, colour: int) -> Any:
+        """Draw an obstacle, which a click chooses; return its node, None for a half-space, which does not move."""
+        if is_floor(obstacle):
+            return None
+        is_wall = isinstance(obstacle, HalfSpace)
+        frame = self.server.scene.add_frame(f"/obstacles/{i}", show_axes=False)
+        body = draw(
+            self.server,
+            f"/obstacles/{i}/body",
+            obstacle_triangles(obstacle),
+            rgb(colour),
+            opacity=0.2 if is_wall else None,
+            flat=isinstance(obstacle, Box),
+        )
+        if is_wall:
+            return None
+        body.on_click(lambda _: self.choose(i))
+        return frame
+
+    @property
+    def chosen(self) -> int | None:
+        """The number of the obstacle that has a gizmo."""
+        return None if self._chosen is None else self._chosen[0]
+
+    def choose(self, i: int) -> None:
+        """Give the obstacle of this number a gizmo, and take it from the one that has it; from this one if it has."""
+        with self._choosing:
+            before, self._chosen = self._chosen, None
+            if before is not None:
+                before[1].remove()
+            if before is None or before[0] != i:
+                self._chosen = i, self._obstacle_gizmo(i)
 
     def _add_target(self, step: int, hand: str, i: int, size: float) -> None:
         target = self.session.world.scene.steps[step][hand]
@@ -134,9 +148,10 @@ class Page:
         gizmo = self.server.scene.add_transform_controls(
             name, scale=0.4 * size, disable_rotations=not is_oriented(target)
         )
-        _put(gizmo, pin.SE3(target_rotation(target), np.array(position(target))))
-        red, green, blue = (255 * rgb(hand_colour(i))).astype(int).tolist()
-        self.server.scene.add_icosphere(f"{name}/ball", radius=0.06 * size, color=(red, green, blue))
+        rotation = target_rotation(target)
+        _put(gizmo, pin.SE3(rotation, np.array(position(target))))
+        number = str(step + 1) if len(self.session.world.scene.steps) > 1 else ""
+        mark_target(self.server, name, rotation, hand_colour(i), size, pointed=is_directed(target), number=number)
 
         def moved(_: object) -> None:
             there = _pose(gizmo)
@@ -150,8 +165,9 @@ class Page:
         gizmo.on_update(moved)
         self.targets[step, hand] = gizmo
 
-    def _add_obstacle_gizmo(self, i: int, size: float) -> None:
-        gizmo = self.server.scene.add_transform_controls(f"/handles/{i}", scale=0.3 * size)
+    def _obstacle_gizmo(self, i: int) -> Any:
+        size = scale(self.session.world.robot)
+        gizmo = self.server.scene.add_transform_controls(f"/handles/{i}", scale=0.5 * size, depth_test=False)
         _put(gizmo, placement(self.session.world.scene.obstacles[i]))
 
         def moved(_: object) -> None:
@@ -164,12 +180,13 @@ class Page:
             self.session.change(change)
 
         gizmo.on_update(moved)
+        return gizmo
 
     def _add_panel(self, world: World) -> None:
         gui, session = self.server.gui, self.session
         # Sharing would open the page to others by way of a server of viser's.
         gui.configure_theme(show_share_button=False, show_logo=False)
-        gui.set_panel_label("humanoid_rail")
+        gui.set_panel_label(world.scene.name)
         mode: Any = gui.add_dropdown("mode", [str(mode) for mode in Mode], initial_value=str(Mode.PLAN))
 
         def chosen() -> None:
@@ -193,7 +210,7 @@ class Page:
         robot = world.robot
         for i, (name, low, high) in enumerate(zip(robot.joint_names, robot.lower, robot.upper, strict=True)):
             low, high = float(np.ceil(100 * low) / 100), float(np.floor(100 * high) / 100)
-            slider = self.server.gui.add_slider(name, low, high, 0.01, float(np.clip(world.q[i], low, high)))
+            slider = self.server.gui.add_slider(name, low, high, 0.01, round(float(np.clip(world.q[i], low, high)), 2))
 
             def moved(i: int = i, slider: Any = slider) -> None:
                 def change(before: World) -> World:
@@ -228,6 +245,11 @@ def by_user(work: Callable[[], None]) -> Callable[[Any], None]:
             work()
 
     return called
+
+
+def is_directed(target: Target) -> bool:
+    """Return whether a target has a hand point in a direction, and nothing more."""
+    return isinstance(target, Pose) and target.approach is not None
 
 
 def is_papers(robot: Robot) -> bool:

@@ -11,7 +11,7 @@ from humanoid_rail._arrays import Array
 from humanoid_rail.kinematics.kinematics import Kinematics
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import HalfSpace
-from humanoid_rail.scene.scene import Scene
+from humanoid_rail.scene.scene import Scene, start_of_scene
 from humanoid_rail.scene.targets import position
 from humanoid_rail.trajectory import Trajectory
 from humanoid_rail.viewer.line_of_sight import hidden_hands
@@ -50,7 +50,7 @@ class View(NamedTuple):
     middle: Array
     """The middle (3,) of it, m."""
     camera: Array
-    """Where the camera is from there (3,), m, in a picture that is wider than high by `WIDE`."""
+    """Where the camera is from there (3,), m, in a picture that is wider than high by `WIDE`, or as was asked for."""
     points: Array
     """Points (P, 3) around it, which are all to be in the picture, m."""
 
@@ -61,7 +61,7 @@ def viewpoint(robot: Robot, scene: Scene, trajectory: Trajectory) -> tuple[Array
     return view.middle, view.camera
 
 
-def best_view(robot: Robot, scene: Scene, *trajectories: Trajectory) -> View:
+def best_view(robot: Robot, scene: Scene, *trajectories: Trajectory, wide: float = WIDE) -> View:
     """Return from where obstacles hide the least of a robot during its motion, with the whole motion in the picture.
 
     Cameras in some directions are compared, by rays to points of the robot at some moments of the motion and to the
@@ -71,20 +71,18 @@ def best_view(robot: Robot, scene: Scene, *trajectories: Trajectory) -> View:
     Args:
         robot: The robot.
         scene: The scene the motion was planned in.
-        trajectories: The motion, or several of the same robot.
+        trajectories: The motion, or several of the same robot; without any the robot is looked at where it starts.
+        wide: Pictures are taken to be wider than high by this factor.
     """
     targets = [np.array(position(target)) for step in scene.steps for target in step.values() if target is not None]
     seen, points, times, kinematics = [*targets], [*targets], [0.0] * len(targets), Kinematics(robot)
-    for trajectory in trajectories:
-        moments = [(t, trajectory.configuration(t)) for t in np.linspace(0.0, trajectory.duration, MOMENTS)]
-        if trajectory.diagnosis is not None:
-            moments.append((trajectory.duration, np.array(trajectory.diagnosis.q)))
-        for t, q in moments:
-            around = robot_points(robot, (), q)
-            seen.append(around)
-            looked = np.vstack([around.reshape(-1, 8, 3).mean(axis=1), kinematics.stick_figure(q)])
-            points.append(looked)
-            times += [t] * len(looked)
+    moments = [moment for trajectory in trajectories for moment in _moments(trajectory)]
+    for t, q in moments or [(0.0, start_of_scene(robot, scene))]:
+        around = robot_points(robot, (), q)
+        seen.append(around)
+        looked = np.vstack([around.reshape(-1, 8, 3).mean(axis=1), kinematics.stick_figure(q)])
+        points.append(looked)
+        times += [t] * len(looked)
     box = np.vstack(seen)
     middle = (box.min(axis=0) + box.max(axis=0)) / 2
     size = scale(robot)
@@ -92,11 +90,13 @@ def best_view(robot: Robot, scene: Scene, *trajectories: Trajectory) -> View:
     looked_at, when = np.vstack(points), np.array(times)
     stride = -(-len(looked_at) // MOST_POINTS)
     looked_at, when = looked_at[::stride], when[::stride]
-    cameras = {tuple(fitted(direction, box - middle)): cost for direction, cost in _directions(robot, targets, middle)}
+    directions = _directions(robot, targets, middle)
+    cameras = {tuple(fitted(direction, box - middle, wide)): cost for direction, cost in directions}
     walls = [(np.array(o.normal), o.offset) for o in scene.obstacles if isinstance(o, HalfSpace)]
     clear = [camera for camera in cameras if all(n @ (middle + camera) > d for n, d in walls)] or [*cameras]
     if robot.meshes:
-        end = trajectories[0].configuration(trajectories[0].duration)
+        shown = trajectories[0] if trajectories else None
+        end = start_of_scene(robot, scene) if shown is None else shown.configuration(shown.duration)
         for camera, share in zip(cameras, hidden_hands(robot, end, middle + np.array([*cameras])), strict=True):
             cameras[camera] += HANDS * float(share)
     nearest, bodies = min(np.linalg.norm(camera) for camera in clear), blockers(scene.obstacles)
@@ -108,14 +108,22 @@ def best_view(robot: Robot, scene: Scene, *trajectories: Trajectory) -> View:
     return View(middle, np.array(min(clear, key=cost)), box)
 
 
-def fitted(direction: Array, points: Array) -> Array:
+def fitted(direction: Array, points: Array, wide: float = WIDE) -> Array:
     """Return where the camera is (3,), in a direction (3,), that sees all points (k, 3) around the origin, m."""
     back = direction / np.linalg.norm(direction)
     right = np.cross([0.0, 0.0, 1.0], back)
     right /= np.linalg.norm(right)
     up = np.cross(back, right)
-    beside = np.maximum(abs(points @ up), abs(points @ right) / WIDE) / (SHARE * HALF_HEIGHT)
+    beside = np.maximum(abs(points @ up), abs(points @ right) / wide) / (SHARE * HALF_HEIGHT)
     return back * float(np.max(points @ back + beside))
+
+
+def _moments(trajectory: Trajectory) -> list[tuple[float, Array]]:
+    """Return times in s and configurations (n,) at which the robot is looked at, that of the nearest miss too."""
+    moments = [(float(t), trajectory.configuration(t)) for t in np.linspace(0.0, trajectory.duration, MOMENTS)]
+    if trajectory.diagnosis is not None:
+        moments.append((trajectory.duration, np.array(trajectory.diagnosis.q)))
+    return moments
 
 
 def _directions(robot: Robot, targets: list[Array], middle: Array) -> Iterator[tuple[Array, float]]:

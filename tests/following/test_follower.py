@@ -277,6 +277,62 @@ def test_a_jump_is_reported_and_ends_in_a_stop(robot: Robot) -> None:
     assert state.proven
 
 
+def test_a_turned_obstacle_at_rest_is_no_jump(robot: Robot, rng: np.random.Generator) -> None:
+    for _ in range(20):
+        box = Box(center=(3.0, 8.0, 3.0), size=(1.0, 0.5, 0.3), rpy=tuple(rng.uniform(-3.0, 3.0, 3).tolist()))
+        follower = Follower(robot, Scene(targets=AHEAD, obstacles=(box,)), dt=DT)
+        for _ in range(3):
+            state = follower.step()
+            assert state.jumped is None
+            assert state.proven
+
+
+@pytest.mark.parametrize(("share", "jumps"), [(0.99, False), (1.01, True)])
+def test_how_far_a_turn_takes_an_obstacle(robot: Robot, share: float, jumps: bool) -> None:
+    """The corners of a box, 0.5 m from its centre, go 2 sin(angle / 2) 0.5 m."""
+    speed, rpy = 0.4, np.array([0.5, -0.7, 1.1])
+    angle = 2.0 * np.arcsin(share * speed * DT)
+    after = pin.rpy.matrixToRpy(pin.exp3(angle * np.array([0.6, 0.0, 0.8])) @ pin.rpy.rpyToMatrix(*rpy))
+    box = Box(center=(3.0, 8.0, 3.0), size=(0.48, 0.64, 0.6), rpy=tuple(rpy.tolist()))
+    follower = Follower(robot, Scene(targets=AHEAD, obstacles=(box,)), dt=DT, obstacle_speed=speed)
+    follower.step()
+    follower.move_obstacle(0, box.center, after)
+    assert (follower.step().jumped is not None) is jumps
+
+
+def test_a_floor_that_sinks_lets_the_robot_move(robot: Robot) -> None:
+    states = []
+    for velocity in ((0.0, 0.0, 0.0), (0.0, 0.0, -0.1)):
+        floor = HalfSpace(normal=(0.0, 0.0, 1.0), offset=-5.0, velocity=velocity)
+        follower = Follower(robot, Scene(targets=AHEAD, obstacles=(floor,)), dt=DT)
+        for _ in range(50):
+            state = follower.step()
+            assert state.proven
+            assert state.jumped is None
+        states.append(state)
+    resting, sinking = states
+    assert resting.velocity.any()
+    np.testing.assert_array_equal(sinking.q, resting.q)
+
+
+def test_a_floor_that_rises_is_kept_clear_of(robot: Robot) -> None:
+    """The robot moves until the floor comes, and is at rest when it touches."""
+    lowest, speed = float(Kinematics(robot, (level(0.0),)).measure(robot.initial).clearance.min()), 0.5
+    follower = Follower(robot, Scene(targets=AHEAD, obstacles=(level(lowest - 0.5, speed),)), dt=DT)
+    fastest, q = 0.0, robot.initial
+    for cycle in range(130):
+        state = follower.step()
+        clear = Kinematics(robot, (level(lowest - 0.5 + speed * DT * cycle),)).measure(q).clearance.min()
+        assert clear > 0.0 or not state.velocity.any()
+        fastest, q = max(fastest, float(abs(state.velocity).max())), state.q
+    assert clear < 0.0
+    assert fastest > 0.1
+
+
+def level(height: float, speed: float = 0.0) -> HalfSpace:
+    return HalfSpace(normal=(0.0, 0.0, 1.0), offset=height, velocity=(0.0, 0.0, speed))
+
+
 def test_late_reports_are_allowed_for(robot: Robot) -> None:
     """What is reported every tenth cycle is no jump where that was said, and one where it was not."""
     for latency, jumps in ((9 * DT, False), (0.0, True)):

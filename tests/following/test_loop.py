@@ -116,3 +116,89 @@ def test_a_process_ends_well_while_it_runs(ending: str) -> None:
     done = subprocess.run([sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert not done.stderr
+
+
+def test_a_follower_of_another_process_says_so() -> None:
+    code = """
+        import os
+        from humanoid_rail import Follower, load_robot, paper_scene
+
+        follower = Follower(load_robot(), paper_scene(), dt=0.001)
+        follower.start()
+        child = os.fork()
+        if child == 0:
+            assert not follower.is_running
+            calls = (
+                follower.start,
+                follower.step,
+                follower.stop,
+                lambda: follower.state,
+                lambda: follower.cycle_times,
+                lambda: follower.move_obstacle(0, (0.0, 0.0, 9.0)),
+                lambda: follower.set_targets({"left": (-1.6, 0.6, 3.0), "right": None}),
+            )
+            for call in calls:
+                try:
+                    call()
+                    os._exit(2)
+                except RuntimeError as error:
+                    assert "started in another process" in str(error)
+            del follower
+            os._exit(0)
+        assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+        assert follower.is_running
+        follower.stop()
+        if os.fork() == 0:
+            follower.step()  # its thread had ended before
+            os._exit(0)
+        assert os.waitstatus_to_exitcode(os.wait()[1]) == 0
+    """
+    done = subprocess.run([sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_start_that_waits_for_a_stop_lets_others_run(robot: Robot) -> None:
+    """While one thread brakes and another waits to start again, a third still gets Python."""
+    follower = Follower(robot, SCENE, dt=0.002, acceleration_limit=0.05)
+    follower.start()
+    wait_until(lambda: abs(follower.state.velocity).max() > 0.02)
+    stops = threading.Thread(target=follower.stop)
+    stops.start()
+    wait_until(lambda: follower.state.status is FollowerStatus.BRAKING)
+    asked, turns = threading.Event(), 0
+
+    def start() -> None:
+        asked.set()
+        follower.start()
+
+    starts = threading.Thread(target=start)
+    starts.start()
+    asked.wait()
+    while starts.is_alive():
+        turns += 1
+        time.sleep(0.001)
+    stops.join()
+    assert turns > 10  # one or two if it held the interpreter's lock
+    assert follower.is_running
+    follower.stop()
+
+
+def test_a_stop_beside_a_start_ends(robot: Robot) -> None:
+    """Whichever comes first: the thread is to brake, or it is not there yet."""
+    follower = Follower(robot, SCENE, dt=0.001)
+    begin = threading.Barrier(2)
+
+    def together(call: Callable[[], object]) -> None:
+        begin.wait()
+        call()
+
+    for _ in range(300):
+        calls = (follower.start, follower.stop)
+        both = [threading.Thread(target=together, args=(call,), daemon=True) for call in calls]
+        for thread in both:
+            thread.start()
+        for thread in both:
+            thread.join(PATIENCE)
+            assert not thread.is_alive()
+        follower.stop()
+        assert not follower.is_running

@@ -26,7 +26,8 @@ pytest.importorskip("viser", reason="needs the extra live")
 sync_api = pytest.importorskip("playwright.sync_api", reason="needs playwright")
 needs_browser = pytest.mark.skipif(browser_path() is None, reason="Chromium (Debian: chromium) is not installed")
 
-SCENE = Scene(targets=AHEAD, obstacles=(Sphere(center=(1.5, 2.0, 3.0), radius=0.2),))
+SPHERE = Sphere(center=(1.5, 2.0, 3.0), radius=0.2)
+SCENE = Scene(targets=AHEAD, obstacles=(SPHERE,))
 PATIENCE = 60.0
 """A busy machine is waited for this long, s."""
 
@@ -105,6 +106,23 @@ def test_a_target_that_the_mouse_drags_ends_in_a_certified_plan(served: Live, br
     np.testing.assert_allclose(session.plan.trajectory.hands[-1, 0], target, atol=0.011)
     outside = [request for request in requests if not request.startswith((served.url, "data:", "blob:"))]
     assert not outside
+
+
+@needs_browser
+def test_an_obstacle_has_a_gizmo_while_it_is_chosen_by_clicks(served: Live, browser: Any) -> None:
+    # So wide a window has the sphere beside the panel.
+    page = browser.new_page(viewport={"width": 1600, "height": 700})
+    page.goto(served.url)
+    page.get_by_text("certified").first.wait_for(timeout=1000 * PATIENCE)
+    page.wait_for_timeout(1000)  # until the camera is where it is told to be
+    assert served.page.chosen is None
+    there = on_screen(served, page, np.array(SPHERE.center))
+    page.mouse.move(*there)
+    page.wait_for_timeout(800)  # until the browser has seen what is under the mouse
+    page.mouse.click(*there)
+    wait_until(lambda: served.page.chosen == 0, page)
+    served.page.choose(0)
+    assert served.page.chosen is None
 
 
 @needs_browser

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from arms import long_arm
 
-from humanoid_rail import Box, HalfSpace, Kinematics, Robot, Scene, Sphere, load_robot, plan, verify
+from humanoid_rail import Box, Follower, HalfSpace, Kinematics, Robot, Scene, Sphere, load_robot, plan, verify
 from humanoid_rail.cli.report import report_certificate
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.model.pairs import UncheckedPair
@@ -80,6 +80,9 @@ def test_a_body_deep_in_an_obstacle_is_warned_of_and_named(standing: Robot, caps
     scene = Scene(name="in", targets={"hand": (1.1, 0.1, 0.0)}, obstacles=(box_there,))
     with pytest.warns(UserWarning, match=r"base is 0\.05 m inside obstacles\[0\] \(box\), and neither moves"):
         plan(standing, scene)
+    with pytest.warns(UserWarning, match=r"base is 0\.05 m inside") as warned:
+        Follower(standing, scene, acceleration_limit=2.0)
+    assert warned[0].filename == __file__
     with pytest.warns(UserWarning, match=r"base is 0\.05 m inside obstacles\[0\] \(box\), and neither moves"):
         certificate = verify(standing, scene, still(standing))
     # However many pairs are left out, the command names this one.

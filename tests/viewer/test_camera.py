@@ -10,8 +10,11 @@ import pytest
 from conftest import ROOT, plan
 
 from humanoid_rail import Box, Capsule, Robot, Scene, Sphere, load_scene, plan_case
+from humanoid_rail.kinematics.kinematics import Kinematics
+from humanoid_rail.scene.scene import start_of_scene
 from humanoid_rail.scene.shapes import placed_shapes
-from humanoid_rail.viewer.camera import HALF_HEIGHT, WIDE, best_view
+from humanoid_rail.scene.targets import position
+from humanoid_rail.viewer.camera import HALF_HEIGHT, WIDE, View, best_view
 from humanoid_rail.viewer.occlusion import blockers, hidden
 from validation.check_views import THIN, hidden_share
 
@@ -30,20 +33,42 @@ def test_obstacles_hide_next_to_nothing_of_the_robot(robot: Robot) -> None:
     assert statistics.median(opposite) > 0.1, "the measure sees that shelves hide what is behind them"
 
 
-def test_the_whole_motion_is_in_the_picture(robot: Robot, scene: Scene) -> None:
+@pytest.mark.parametrize("wide", [WIDE, 0.8])
+def test_the_whole_motion_is_in_the_picture(robot: Robot, scene: Scene, wide: float) -> None:
     trajectory = plan_case(robot, 3)
-    middle, camera, points = best_view(robot, scene, trajectory)
+    view = best_view(robot, scene, trajectory, wide=wide)
+    points = view.points
     assert {*map(tuple, trajectory.hands[-1].round(1))} <= {*map(tuple, points.round(1))} or len(points) > 100
+    is_in_the_picture(view, np.vstack([points, *trajectory.hands[::20]]), wide)
+
+
+def test_without_a_motion_start_and_targets_are_seen(robot: Robot) -> None:
+    own, opposite = list[np.ndarray](), list[np.ndarray]()
+    for file in SCENES:
+        scene = load_scene(file)
+        view = best_view(robot, scene, wide=1.0)
+        targets = np.array([position(target) for step in scene.steps for target in step.values() if target is not None])
+        hands = Kinematics(robot).hand_positions(start_of_scene(robot, scene)).reshape(-1, 3)
+        is_in_the_picture(view, np.vstack([targets, hands]), 1.0)
+        for found, turned in ((own, [1.0, 1.0, 1.0]), (opposite, [-1.0, 1.0, 1.0])):
+            camera = view.middle + view.camera * turned
+            found.append(hidden(blockers(scene.obstacles), camera, targets, np.zeros(len(targets))))
+    assert not np.concatenate(own).any()
+    assert np.concatenate(opposite).any(), "shelves hide what is behind them"
+
+
+def is_in_the_picture(view: View, points: np.ndarray, wide: float) -> None:
+    middle, camera = view.middle, view.camera
     back = camera / np.linalg.norm(camera)
     right = np.cross([0.0, 0.0, 1.0], back)
     right /= np.linalg.norm(right)
     up = np.cross(back, right)
-    for point in np.vstack([points, *trajectory.hands[::20]]):
+    for point in points:
         from_camera = point - middle - camera
         depth = -from_camera @ back
         assert depth > 0
         assert abs(from_camera @ up) < HALF_HEIGHT * depth
-        assert abs(from_camera @ right) < WIDE * HALF_HEIGHT * depth
+        assert abs(from_camera @ right) < wide * HALF_HEIGHT * depth
 
 
 def test_rays_meet_what_coal_says_that_they_meet(rng: np.random.Generator) -> None:
