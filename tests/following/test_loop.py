@@ -157,23 +157,26 @@ def test_a_follower_of_another_process_says_so() -> None:
     assert done.returncode == 0, done.stderr
 
 
-def test_a_start_that_waits_for_a_stop_lets_others_run(robot: Robot) -> None:
-    """While one thread brakes and another waits to start again, a third still gets Python."""
+def moving(robot: Robot) -> Follower:
+    """Return a follower that runs, and takes half a second to brake."""
     follower = Follower(robot, SCENE, dt=0.002, acceleration_limit=0.05)
     follower.start()
-    wait_until(lambda: abs(follower.state.velocity).max() > 0.02)
-    stops = threading.Thread(target=follower.stop)
-    stops.start()
+    wait_until(lambda: abs(follower.state.velocity).max() > 0.025)
+    return follower
+
+
+def in_thread(call: Callable[[], object]) -> threading.Thread:
+    thread = threading.Thread(target=call, daemon=True)
+    thread.start()
+    return thread
+
+
+def test_a_start_that_waits_for_a_stop_lets_others_run(robot: Robot) -> None:
+    """While one thread brakes and another waits to start again, a third still gets Python."""
+    follower, turns = moving(robot), 0
+    stops = in_thread(follower.stop)
     wait_until(lambda: follower.state.status is FollowerStatus.BRAKING)
-    asked, turns = threading.Event(), 0
-
-    def start() -> None:
-        asked.set()
-        follower.start()
-
-    starts = threading.Thread(target=start)
-    starts.start()
-    asked.wait()
+    starts = in_thread(follower.start)
     while starts.is_alive():
         turns += 1
         time.sleep(0.001)
@@ -183,22 +186,16 @@ def test_a_start_that_waits_for_a_stop_lets_others_run(robot: Robot) -> None:
     follower.stop()
 
 
-def test_a_stop_beside_a_start_ends(robot: Robot) -> None:
-    """Whichever comes first: the thread is to brake, or it is not there yet."""
-    follower = Follower(robot, SCENE, dt=0.001)
-    begin = threading.Barrier(2)
-
-    def together(call: Callable[[], object]) -> None:
-        begin.wait()
-        call()
-
-    for _ in range(300):
-        calls = (follower.start, follower.stop)
-        both = [threading.Thread(target=together, args=(call,), daemon=True) for call in calls]
-        for thread in both:
-            thread.start()
-        for thread in both:
-            thread.join(PATIENCE)
-            assert not thread.is_alive()
-        follower.stop()
-        assert not follower.is_running
+def test_a_stop_after_a_start_that_waits_ends(robot: Robot) -> None:
+    """It stops the thread that was started while it waited."""
+    follower = moving(robot)
+    calls = [in_thread(follower.stop)]
+    wait_until(lambda: follower.state.status is FollowerStatus.BRAKING)
+    for call in (follower.start, follower.stop):
+        calls.append(in_thread(call))
+        time.sleep(0.02)  # so that they most likely wait in this order; in any other they end as well
+    for thread in calls:
+        thread.join(PATIENCE)
+        assert not thread.is_alive()
+    follower.stop()
+    assert not follower.is_running
