@@ -160,7 +160,7 @@ def test_a_page_that_cannot_be_served_is_an_error_that_says_why(
     def no_port(*_: object) -> None:
         raise OSError("no port is left")
 
-    monkeypatch.setattr(server, "ThreadingHTTPServer", no_port)
+    monkeypatch.setattr(server, "_Server", no_port)
     with pytest.raises(HumanoidRailError, match=r"playback .*no port is left"):
         show(robot, scene, plan_case(robot, 1, dt=0.5), open_browser=False)
 
