@@ -56,9 +56,15 @@ void bind_states(nb::module_& module) {
 
 }  // namespace
 
+// Calls a method without the interpreter's lock: it may have to wait.
+template <auto method>
+auto released(FollowerLoop& self) {
+  const LockRelease release;
+  return (self.*method)();
+}
+
 void bind_follower(nb::module_& module) {
   bind_states(module);
-  // Whatever may have to wait does so without the interpreter's lock.
   nb::class_<FollowerLoop>(module, "Follower", "Follows targets, cycle by cycle or in a thread of its own.")
       .def(
           "__init__",
@@ -91,31 +97,11 @@ void bind_follower(nb::module_& module) {
             return self.step(brakes);
           },
           "brakes"_a)
-      .def("start",
-           [](FollowerLoop& self) {
-             const LockRelease release;
-             self.start();
-           })
-      .def("stop",
-           [](FollowerLoop& self) {
-             const LockRelease release;
-             self.stop();
-           })
-      .def("end",
-           [](FollowerLoop& self) {
-             const LockRelease release;
-             self.end();
-           })
-      .def("state",
-           [](FollowerLoop& self) {
-             const LockRelease release;
-             return self.state();
-           })
-      .def("times",
-           [](FollowerLoop& self) {
-             const LockRelease release;
-             return self.times();
-           })
+      .def("start", &released<&FollowerLoop::start>)
+      .def("stop", &released<&FollowerLoop::stop>)
+      .def("end", &released<&FollowerLoop::end>)
+      .def("state", &released<&FollowerLoop::state>)
+      .def("times", &released<&FollowerLoop::times>)
       .def_prop_ro("is_running", &FollowerLoop::is_running)
       .def("contact", &FollowerLoop::contact, "A pair that touches where the robot is. Not while it runs.");
 }

@@ -75,7 +75,7 @@ def test_bad_options_are_one_line(options: list[str]) -> None:
 def test_the_check_names_the_ratio_that_is_beyond_its_limit(
     check: bool, value: float, code: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    report = Report("any", [], [Ratio(WITHIN, value, value, value), Ratio("without a limit", 1e9, 1e9, 1e9)])
+    report = Report("any", [], [Ratio(WITHIN, value, value, value), Ratio("without a limit", 1e9, 1e9, 1e9)], [])
     monkeypatch.setattr(engine_report, "measure", lambda *options: report)
     assert main.main(["--no-pink", *(["--check"] if check else [])], standalone_mode=False) == code
     said = capsys.readouterr().err
