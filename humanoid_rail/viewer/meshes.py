@@ -19,7 +19,8 @@ class _Smooth(mg.TriangularMeshGeometry):  # type: ignore[misc]  # meshcat has n
         normals = np.zeros_like(self.vertices)
         for corner in range(3):
             np.add.at(normals, self.faces[:, corner], np.cross(b - a, c - a))
-        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        # Where all triangles of a point are flat it has no normal, and keeps the zeros.
+        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
         data: dict[str, Any] = super().lower(object_data)
         data["data"]["attributes"]["normal"] = mg.pack_numpy_array(normals.T)
         return data
