@@ -16,7 +16,7 @@ import pinocchio as pin
 from humanoid_rail._arrays import Array
 from humanoid_rail.errors import InvalidInput
 from humanoid_rail.geometry.mesh_bodies import MOST_SWELLING, THICKENED, mesh_hull, mesh_pieces, saved_hull
-from humanoid_rail.geometry.mesh_files import warn_of_size
+from humanoid_rail.geometry.mesh_files import files_of, warn_of_size
 from humanoid_rail.geometry.solids import size_of
 from humanoid_rail.model import cache
 from humanoid_rail.model.building import Mechanism
@@ -97,35 +97,23 @@ def examine(
         bodies = _bodies(mechanism, written, meshes, asked, file.as_written)
         pairs = find_pairs(mechanism.model, bodies, mechanism.urdf, None, None, file.pairs)
         return Examined(bodies, pairs, starts[0][1], ())
-    known = _kept(mechanism, srdf, file, meshes, written, starts)
+    said = [
+        mechanism.urdf.text,
+        "" if srdf is None else tostring(srdf, encoding="unicode"),
+        file.model_dump_json(exclude={"urdf", "srdf", "package", "packages"}),
+        *(repr((why, q.tolist())) for why, q in starts),
+    ]
+    key = cache.key_of(said, _files(written.values(), meshes))
+    known = cache.kept(key)
+    if known is None:
+        known = _look(mechanism, srdf, file, meshes, written, starts)
+        cache.keep(key, known)
     pairs = FoundPairs(
         {frozenset((a, b)): why for a, b, why in known["left_out"]},
         {(i, j): distance for i, j, distance in known["distances"]},
     )
     bodies = _bodies(mechanism, written, meshes, known["decomposed"])
     return Examined(bodies, pairs, np.array(known["start"]), tuple(known["found"]))
-
-
-def _kept(
-    mechanism: Mechanism,
-    srdf: Element | None,
-    file: RobotFile,
-    meshes: Mapping[str, Path],
-    bodies: Mapping[str, UrdfBody],
-    starts: Sequence[tuple[str, Array]],
-) -> dict[str, Any]:
-    """Return what is found out, from the user's cache folder if it is there."""
-    said = [
-        mechanism.urdf.text,
-        "" if srdf is None else tostring(srdf, encoding="unicode"),
-        file.model_dump_json(exclude={"urdf", "srdf", "package", "packages"}),
-    ]
-    key = cache.key_of([*said, *(repr((why, q.tolist())) for why, q in starts)], _files(bodies.values(), meshes))
-    known = cache.kept(key)
-    if known is None:
-        known = _look(mechanism, srdf, file, meshes, bodies, starts)
-        cache.keep(key, known)
-    return known
 
 
 def _look(
@@ -214,8 +202,9 @@ def _is_mesh(body: UrdfBody) -> bool:
 
 
 def _files(bodies: Iterable[UrdfBody], meshes: Mapping[str, Path]) -> list[Path]:
+    """Return the files that the shapes of meshes are in."""
     names = {body.shape.filename for body in bodies if isinstance(body.shape, MeshFile)}
-    return [meshes[name] for name in sorted(names)]
+    return [file for name in sorted(names) for file in files_of(str(meshes[name]))]
 
 
 def _bodies(
