@@ -12,7 +12,7 @@ from typing import Any
 from humanoid_rail.geometry import mesh_bodies
 from humanoid_rail.geometry.kept import cache_folder, write_whole
 
-VERSION = 4
+VERSION = 5
 """Of what is kept: higher whenever the same files give other findings."""
 
 

@@ -106,6 +106,17 @@ def test_a_buffer_of_a_mesh_that_changes_has_all_found_anew(tmp_path: Path, monk
     assert len([*cache_folder("robots").glob("*.json")]) == 2
 
 
+def test_a_mesh_that_is_to_be_cut_and_is_convex_is_not_said_to_be_cut(tmp_path: Path) -> None:
+    ring, ball = trimesh.creation.annulus(0.05, 0.08, 0.02), trimesh.creation.icosphere(2, 0.03)
+    links = {}
+    for link, mesh in (("l0", ball), ("l5", ring)):
+        mesh.export(tmp_path / f"{link}.stl")
+        links[link] = f'<collision><geometry><mesh filename="{tmp_path}/{link}.stl"/></geometry></collision>'
+    said = load_robot(long_arm(links=links), hands=HAND, decomposed=["l0", "l5"]).report()
+    assert "Cut into convex pieces: the meshes of link l5.collision[0]." in said
+    assert "Left whole, as pieces would save too little: the meshes of link l0.collision[0]." in said
+
+
 def test_locked_in_words_is_what_happens_anyway_and_nothing_else(tmp_path: Path) -> None:
     (tmp_path / "arm.urdf").write_text(long_arm())
     for words, is_good in (("every other joint, at 0 or at its limit", True), ("every other joint, at 0.5", False)):
