@@ -116,7 +116,7 @@ $(VENV)/pyvenv.cfg:
 
 # Builds the native engine.
 $(VENV)/plan-installed: $(VENV)/pyvenv.cfg pyproject.toml CMakeLists.txt $(ENGINE)
-	@echo "Installing what is needed (about 1 GB) and compiling the native engine: two to six minutes."
+	@echo "Installing what is needed and compiling the native engine: this takes some minutes."
 	$(BIN)/python -m pip install --quiet --editable . $(BUILD)
 	touch $@
 

@@ -199,9 +199,7 @@ def invalid_input(error: ValidationError, source: str | None = None, root: str =
             return InvalidInput(field, value, str(context["error"]), source)
         case "mesh_file":
             return InvalidInput(f"{field}.file".removeprefix(f"{root}."), context["file"], first["msg"], source)
-        case "dict_type":
-            return InvalidInput(field, value, f"a mapping: {_mapped(field, root)}", source)
-        case "model_type" | "model_attributes_type":
+        case "dict_type" | "model_type" | "model_attributes_type":
             return InvalidInput(field, value, f"a mapping: {_mapped(field, root)}", source)
         case "too_short":
             return InvalidInput(field, value, f"{context['min_length']} at least", source)

@@ -27,9 +27,9 @@ TIMES = ("t", "time", "times", "time_from_start")
 POSITIONS = ("q", "qpos", "position", "positions")
 """Arrays of these names hold positions."""
 VELOCITIES = ("velocity", "velocities", "qvel", "qd")
-"""Arrays of these names hold velocities, and columns that end so."""
+"""Arrays of these names hold velocities."""
 ACCELERATIONS = ("acceleration", "accelerations", "qacc", "qdd")
-"""Arrays of these names hold accelerations, and columns that end so."""
+"""Arrays of these names hold accelerations."""
 FINER = 10
 """Limits of a cubic spline are looked at this many times finer than its samples."""
 NAMES = ("joint_names", "names", "joints")

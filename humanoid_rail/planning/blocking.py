@@ -6,7 +6,7 @@ import numpy as np
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.diagnosis import BlockingPair
-from humanoid_rail.kinematics.state import KinematicsModel
+from humanoid_rail.kinematics.state import KinematicsModel, Measurement
 from humanoid_rail.model.pair_distances import own_distances
 from humanoid_rail.scene.obstacles import name_of
 
@@ -28,8 +28,27 @@ def blocking_pairs(
         distance: What pairs have to keep, m.
         t: When it is, for obstacles that move, s.
     """
+    here = kinematics.measure(q, t=t)
+    return _blocking(kinematics, here, kinematics.measure(beyond, t=t), distance)
+
+
+def blocking_on_edge(kinematics: KinematicsModel, q: Array, goal: Array, distance: float) -> tuple[BlockingPair, ...]:
+    """Return the pairs that come too near on the straight edge from a configuration (n,) to another.
+
+    The first ones come first. For each obstacle, and each link that others meet, there is one.
+    """
+    pairs: dict[str, BlockingPair] = {}
+    here = kinematics.measure(q)
+    for share in np.linspace(0.0, 1.0, STEPS + 1):
+        for pair in _blocking(kinematics, here, kinematics.measure(q + share * (goal - q)), distance):
+            pairs.setdefault(pair.other, pair)
+    return tuple(pairs.values())
+
+
+def _blocking(
+    kinematics: KinematicsModel, here: Measurement, there: Measurement, distance: float
+) -> tuple[BlockingPair, ...]:
     robot, obstacles = kinematics.robot, kinematics.obstacles
-    there, here = kinematics.measure(beyond, t=t), kinematics.measure(q, t=t)
     found: list[tuple[float, BlockingPair]] = []
     for number in range(len(obstacles)):
         link = int(there.clearance[:, number].argmin())
@@ -45,15 +64,3 @@ def blocking_pairs(
             names = robot.link_names[one], robot.link_names[other]
             found.append((clearance, BlockingPair(*names, None, float(here.self_clearance[k]), clearance)))
     return tuple(pair for _, pair in sorted(found, key=lambda one: one[0]))
-
-
-def blocking_on_edge(kinematics: KinematicsModel, q: Array, goal: Array, distance: float) -> tuple[BlockingPair, ...]:
-    """Return the pairs that come too near on the straight edge from a configuration (n,) to another.
-
-    The first ones come first. For each obstacle, and each link that others meet, there is one.
-    """
-    pairs: dict[str, BlockingPair] = {}
-    for share in np.linspace(0.0, 1.0, STEPS + 1):
-        for pair in blocking_pairs(kinematics, q, q + share * (goal - q), distance):
-            pairs.setdefault(pair.other, pair)
-    return tuple(pairs.values())

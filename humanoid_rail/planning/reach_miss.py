@@ -52,7 +52,9 @@ def reach_miss(probe: Probe, tasks: Sequence[Task]) -> ReachMiss:
     far = [h for h in hands if probe.posture([t for t in tasks if hand_of(t) == h], -np.inf) is None]
     # Where each target is in reach alone, that of the hand is moved that has to go less far.
     choices = [far] if far else [[hand] for hand in hands] or [[]]
-    moving, least = min(((some, _least(probe, tasks, some)) for some in choices), key=lambda one: one[1].error)
+    near = sorted((probe.solve(q, tasks, -np.inf, obstacles=()) for q in probe.starts), key=lambda one: one.error)
+    starts = [posture.q for posture in near[:STARTS]]
+    moving, least = min(((some, _least(probe, tasks, some, starts)) for some in choices), key=lambda one: one[1].error)
     limits = _limits(probe.robot, least)
     remedies = [
         _moved(probe, tasks, moving, least.q),
@@ -63,14 +65,11 @@ def reach_miss(probe: Probe, tasks: Sequence[Task]) -> ReachMiss:
     return ReachMiss(least.q, tuple(said for _, _, said in limits), remedies)
 
 
-def _least(probe: Probe, tasks: Sequence[Task], moving: Sequence[str]) -> LeastError:
+def _least(probe: Probe, tasks: Sequence[Task], moving: Sequence[str], starts: Sequence[Array]) -> LeastError:
     """Return the smallest error of tasks, where those of other hands than the moving ones are done if possible."""
     weight = np.concatenate([np.full(t.rows, 1.0 if not moving or hand_of(t) in moving else HELD) for t in tasks])
     bare = NativeKinematics(probe.robot)
-    starts = sorted(
-        (probe.solve(q, tasks, -np.inf, obstacles=()) for q in probe.starts), key=lambda posture: posture.error
-    )
-    return min((least_error(bare, tasks, s.q, weight) for s in starts[:STARTS]), key=lambda one: one.error)
+    return min((least_error(bare, tasks, q, weight) for q in starts), key=lambda one: one.error)
 
 
 def _limits(robot: Robot, least: LeastError) -> list[tuple[int, str, str]]:

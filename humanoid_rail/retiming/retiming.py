@@ -30,6 +30,7 @@ from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.planner import judged
 from humanoid_rail.planning.segments import arrival
 from humanoid_rail.planning.verification import check_robot
+from humanoid_rail.resampling import evaluate
 from humanoid_rail.result import MAX_SAMPLES, Motion, Peak, Retiming, Samples, Status, Timing, Verdict
 from humanoid_rail.retiming.bspline import fastest_in_between, peaks, samples
 from humanoid_rail.retiming.rest_to_rest import follow
@@ -215,13 +216,9 @@ def _segments(trajectory: Trajectory) -> list[Array]:
         raise InvalidInput("trajectory.arrivals", trajectory.arrivals, "times of the motion, in their order")
     t, q = trajectory.t, trajectory.q
     if trajectory.timing is not None and len(t) > 1:
-        # It is no polyline. Imported here: it takes longer than the whole package.
-        from scipy.interpolate import CubicHermiteSpline
-
-        spline = CubicHermiteSpline(t, q, trajectory.timing.velocity)
+        # It is no polyline.
         t = np.unique(np.concatenate([t, np.arange(0.0, t[-1], max(FINE, t[-1] / MAX_SAMPLES))]))
-        q = spline(t)
-        q[np.searchsorted(t, trajectory.t)] = trajectory.q  # to the last bit
+        q, _, _ = evaluate(trajectory.motion, t)
     arrivals = [int(np.argmin(abs(t - arrival))) for arrival in trajectory.arrivals]
     ends = [0, *arrivals] + [len(t) - 1] * (not arrivals or arrivals[-1] < len(t) - 1)
     return [q[a : b + 1] for a, b in pairwise(ends)]
