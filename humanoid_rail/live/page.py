@@ -90,7 +90,7 @@ class Page:
             _put(node, visual.placement)
 
     def _move_robot(self, robot: Robot, q: Array) -> None:
-        pin.forwardKinematics(robot.model, self._data, robot.coupling @ q + robot.offset)
+        pin.forwardKinematics(robot.model, self._data, robot.full_configuration(q))
         for name, frame in self._joints.items():
             _put(frame, self._data.oMi[robot.model.getJointId(name)])
 
