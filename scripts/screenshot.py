@@ -38,19 +38,26 @@ def browser_path() -> str | None:
 
 
 @contextmanager
+def window(size: tuple[int, int] = DESKTOP) -> Iterator[Page]:
+    """Open an empty window of a size, or of a phone if it is narrow."""
+    path = browser_path()
+    if path is None:
+        raise HumanoidRailError(f"no browser: install one of {', '.join(BROWSERS)}")
+    width, height = size
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=path, args=ARGUMENTS)
+        yield browser.new_page(viewport={"width": width, "height": height}, has_touch=width < height)
+        browser.close()
+
+
+@contextmanager
 def opened(page_file: Path, size: tuple[int, int] = DESKTOP) -> Iterator[tuple[Page, list[str]]]:
     """Open a page in a window of a size, or of a phone if it is narrow.
 
     Yields the page, and the list of what went wrong in it: errors and requests to the network.
     """
-    path = browser_path()
-    if path is None:
-        raise HumanoidRailError(f"no browser: install one of {', '.join(BROWSERS)}")
     troubles: list[str] = []
-    width, height = size
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=path, args=ARGUMENTS)
-        page = browser.new_page(viewport={"width": width, "height": height}, has_touch=width < height)
+    with window(size) as page:
         page.on("console", lambda message: troubles.append(message.text) if message.type == "error" else None)
         page.on("pageerror", lambda error: troubles.append(str(error)))
         page.on("request", lambda request: troubles.append(request.url) if request.url.startswith("http") else None)
@@ -58,7 +65,6 @@ def opened(page_file: Path, size: tuple[int, int] = DESKTOP) -> Iterator[tuple[P
         page.wait_for_function("() => window.playback !== undefined || window.isReady")
         page.wait_for_timeout(300)
         yield page, troubles
-        browser.close()
 
 
 def seek(page: Page, t: float) -> None:
