@@ -210,19 +210,14 @@ def taken(page: Page, t: float) -> bytes:
 
 def beside(parts: list[Image.Image]) -> bytes:
     """Return pictures beside each other, as PNG."""
-    content = BytesIO()
-    beside_image(parts).save(content, "PNG", optimize=True)
-    return content.getvalue()
-
-
-def beside_image(parts: list[Image.Image]) -> Image.Image:
-    """Return pictures beside each other."""
     width = sum(part.width for part in parts) + GAP * (len(parts) - 1)
     whole, x = Image.new("RGB", (width, max(part.height for part in parts)), "white"), 0
     for part in parts:
         whole.paste(part, (x, 0))
         x += part.width + GAP
-    return whole
+    content = BytesIO()
+    whole.save(content, "PNG", optimize=True)
+    return content.getvalue()
 
 
 if __name__ == "__main__":
