@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import tempfile
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from io import BytesIO
 from pathlib import Path
 
@@ -14,7 +12,7 @@ from aisle import aisle
 from live_picture import live_page
 from PIL import Image
 from playwright.sync_api import Page
-from screenshot import DESKTOP, PHONE, opened, seek
+from screenshot import PHONE, page_of, seek
 
 from humanoid_rail import (
     Auto,
@@ -187,18 +185,6 @@ def kitting(seed: int = 0) -> tuple[Robot, Scene, Trajectory]:
     scene = load_scene(SCENES / "picks.yaml")
     robot = load_robot_of_scene(scene)
     return robot, *retimed(robot, scene, seed)
-
-
-@contextmanager
-def page_of(text: str, size: tuple[int, int] = DESKTOP) -> Iterator[Page]:
-    """Open a page in a window of a size; nothing may go wrong in it."""
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "page.html"
-        file.write_text(text, encoding="utf-8")
-        with opened(file, size) as (page, troubles):
-            yield page
-            if troubles:
-                raise HumanoidRailError(f"the page has troubles: {troubles}")
 
 
 def taken(page: Page, t: float) -> bytes:

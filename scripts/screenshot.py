@@ -67,6 +67,18 @@ def opened(page_file: Path, size: tuple[int, int] = DESKTOP) -> Iterator[tuple[P
         yield page, troubles
 
 
+@contextmanager
+def page_of(text: str, size: tuple[int, int] = DESKTOP) -> Iterator[Page]:
+    """Open a page in a window of a size; nothing may go wrong in it."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "page.html"
+        file.write_text(text, encoding="utf-8")
+        with opened(file, size) as (page, troubles):
+            yield page
+            if troubles:
+                raise HumanoidRailError(f"the page has troubles: {troubles}")
+
+
 def seek(page: Page, t: float) -> None:
     """Stop the motion of a page at a time in s, and wait until that is drawn and what hides the robot has faded."""
     page.evaluate("t => { playback.clock.pause(); playback.clock.seek(t); }", t)
@@ -93,14 +105,11 @@ def main(
     scene = paper_scene() if scene_file is None else load_scene(scene_file)
     robot = load_robot_of_scene(scene)
     motion = plan_case(robot, case) if scene_file is None else retime(plan(robot, scene), robot, scene)
-    with tempfile.TemporaryDirectory() as folder:
-        page_file = Path(folder) / "playback.html"
-        page_file.write_text(playback_html(robot, scene, motion), encoding="utf-8")
-        with opened(page_file, size) as (page, _):
-            if stage:
-                page.add_style_tag(content="#caption, #plots, #timeline, #help-button { display: none !important; }")
-            seek(page, motion.duration if at is None else at)
-            taken = page.locator("#stage").screenshot() if stage else page.screenshot()
+    with page_of(playback_html(robot, scene, motion), size) as page:
+        if stage:
+            page.add_style_tag(content="#caption, #plots, #timeline, #help-button { display: none !important; }")
+        seek(page, motion.duration if at is None else at)
+        taken = page.locator("#stage").screenshot() if stage else page.screenshot()
     write_file(picture, taken)
     console().print(f"{picture}", soft_wrap=True)
 
