@@ -46,6 +46,13 @@ class BlockingPair:
     reached by no path, at the first configuration of a straight line to there that does not keep the distance."""
 
 
+TRIED = {
+    "planned": "tried: auto finds a plan",
+    "posture": "tried: there is a configuration, and no path was found in a short search",
+}
+"""How a remedy was tried out, in words, by `Remedy.proven`."""
+
+
 @dataclass(frozen=True)
 class Remedy:
     """A change that would help. The fields that it is not about are empty."""

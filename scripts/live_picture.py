@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from playwright.sync_api import Page, sync_playwright
-from screenshot import ARGUMENTS, DESKTOP, browser_path
+from playwright.sync_api import Page
+from screenshot import window
 
 from humanoid_rail import HumanoidRailError, Robot, load_robot_of_scene, load_scene
 from humanoid_rail.live.server import Live, serving
@@ -18,13 +18,8 @@ NEAR = 0.03
 
 def live_page(robot: Robot) -> bytes:
     """Return the live page with a round of picks, planned and certified."""
-    path = browser_path()
-    if path is None:
-        raise HumanoidRailError("no browser: install chromium")
     scene = load_scene("scenes/picks.yaml")
-    with serving(load_robot_of_scene(scene), scene) as live, sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=path, args=ARGUMENTS)
-        page = browser.new_page(viewport={"width": DESKTOP[0], "height": DESKTOP[1]})
+    with serving(load_robot_of_scene(scene), scene) as live, window() as page:
         page.goto(live.url)
         page.get_by_text("certified").first.wait_for(timeout=60.0 * SECOND)
         _close_notes(page)
@@ -32,7 +27,6 @@ def live_page(robot: Robot) -> bytes:
         page.mouse.move(1.0, 1.0)
         _wait_for_moment(live, page)
         picture: bytes = page.screenshot()
-        browser.close()
         return picture
 
 

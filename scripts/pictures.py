@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import tempfile
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from io import BytesIO
 from pathlib import Path
 
@@ -14,7 +12,7 @@ from aisle import aisle
 from live_picture import live_page
 from PIL import Image
 from playwright.sync_api import Page
-from screenshot import DESKTOP, PHONE, opened, seek
+from screenshot import PHONE, page_of, seek
 
 from humanoid_rail import (
     Auto,
@@ -189,18 +187,6 @@ def kitting(seed: int = 0) -> tuple[Robot, Scene, Trajectory]:
     return robot, *retimed(robot, scene, seed)
 
 
-@contextmanager
-def page_of(text: str, size: tuple[int, int] = DESKTOP) -> Iterator[Page]:
-    """Open a page in a window of a size; nothing may go wrong in it."""
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "page.html"
-        file.write_text(text, encoding="utf-8")
-        with opened(file, size) as (page, troubles):
-            yield page
-            if troubles:
-                raise HumanoidRailError(f"the page has troubles: {troubles}")
-
-
 def taken(page: Page, t: float) -> bytes:
     """Return a picture of a page at a time in s."""
     seek(page, t)
@@ -210,19 +196,14 @@ def taken(page: Page, t: float) -> bytes:
 
 def beside(parts: list[Image.Image]) -> bytes:
     """Return pictures beside each other, as PNG."""
-    content = BytesIO()
-    beside_image(parts).save(content, "PNG", optimize=True)
-    return content.getvalue()
-
-
-def beside_image(parts: list[Image.Image]) -> Image.Image:
-    """Return pictures beside each other."""
     width = sum(part.width for part in parts) + GAP * (len(parts) - 1)
     whole, x = Image.new("RGB", (width, max(part.height for part in parts)), "white"), 0
     for part in parts:
         whole.paste(part, (x, 0))
         x += part.width + GAP
-    return whole
+    content = BytesIO()
+    whole.save(content, "PNG", optimize=True)
+    return content.getvalue()
 
 
 if __name__ == "__main__":

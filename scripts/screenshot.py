@@ -38,19 +38,26 @@ def browser_path() -> str | None:
 
 
 @contextmanager
+def window(size: tuple[int, int] = DESKTOP) -> Iterator[Page]:
+    """Open an empty window of a size, or of a phone if it is narrow."""
+    path = browser_path()
+    if path is None:
+        raise HumanoidRailError(f"no browser: install one of {', '.join(BROWSERS)}")
+    width, height = size
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=path, args=ARGUMENTS)
+        yield browser.new_page(viewport={"width": width, "height": height}, has_touch=width < height)
+        browser.close()
+
+
+@contextmanager
 def opened(page_file: Path, size: tuple[int, int] = DESKTOP) -> Iterator[tuple[Page, list[str]]]:
     """Open a page in a window of a size, or of a phone if it is narrow.
 
     Yields the page, and the list of what went wrong in it: errors and requests to the network.
     """
-    path = browser_path()
-    if path is None:
-        raise HumanoidRailError(f"no browser: install one of {', '.join(BROWSERS)}")
     troubles: list[str] = []
-    width, height = size
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=path, args=ARGUMENTS)
-        page = browser.new_page(viewport={"width": width, "height": height}, has_touch=width < height)
+    with window(size) as page:
         page.on("console", lambda message: troubles.append(message.text) if message.type == "error" else None)
         page.on("pageerror", lambda error: troubles.append(str(error)))
         page.on("request", lambda request: troubles.append(request.url) if request.url.startswith("http") else None)
@@ -58,7 +65,18 @@ def opened(page_file: Path, size: tuple[int, int] = DESKTOP) -> Iterator[tuple[P
         page.wait_for_function("() => window.playback !== undefined || window.isReady")
         page.wait_for_timeout(300)
         yield page, troubles
-        browser.close()
+
+
+@contextmanager
+def page_of(text: str, size: tuple[int, int] = DESKTOP) -> Iterator[Page]:
+    """Open a page in a window of a size; nothing may go wrong in it."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "page.html"
+        file.write_text(text, encoding="utf-8")
+        with opened(file, size) as (page, troubles):
+            yield page
+            if troubles:
+                raise HumanoidRailError(f"the page has troubles: {troubles}")
 
 
 def seek(page: Page, t: float) -> None:
@@ -87,14 +105,11 @@ def main(
     scene = paper_scene() if scene_file is None else load_scene(scene_file)
     robot = load_robot_of_scene(scene)
     motion = plan_case(robot, case) if scene_file is None else retime(plan(robot, scene), robot, scene)
-    with tempfile.TemporaryDirectory() as folder:
-        page_file = Path(folder) / "playback.html"
-        page_file.write_text(playback_html(robot, scene, motion), encoding="utf-8")
-        with opened(page_file, size) as (page, _):
-            if stage:
-                page.add_style_tag(content="#caption, #plots, #timeline, #help-button { display: none !important; }")
-            seek(page, motion.duration if at is None else at)
-            taken = page.locator("#stage").screenshot() if stage else page.screenshot()
+    with page_of(playback_html(robot, scene, motion), size) as page:
+        if stage:
+            page.add_style_tag(content="#caption, #plots, #timeline, #help-button { display: none !important; }")
+        seek(page, motion.duration if at is None else at)
+        taken = page.locator("#stage").screenshot() if stage else page.screenshot()
     write_file(picture, taken)
     console().print(f"{picture}", soft_wrap=True)
 

@@ -8,6 +8,7 @@ import click
 
 from humanoid_rail._files import check_file, write_file
 from humanoid_rail.cli.console import Command, console, has_display
+from humanoid_rail.cli.play import say_where
 from humanoid_rail.errors import InvalidInput
 from humanoid_rail.io.plan_folder import Plan, read_plan
 from humanoid_rail.viewer.playback import motions_html, show_page
@@ -38,12 +39,7 @@ def command(first: str, second: str, out: str | None, view: bool | None) -> None
         write_file(Path(out), page.encode())
         console().print(f"The page is {out}.", soft_wrap=True)
     if out is None if view is None else view:
-        said = "Playing at {} until Ctrl-C."
-        show_page(
-            page,
-            open_browser=has_display(),
-            on_ready=lambda url: console().print(said.format(url), soft_wrap=True),
-        )
+        show_page(page, open_browser=has_display(), on_ready=say_where)
 
 
 def compare_html(one: Plan, two: Plan, folders: tuple[str, str]) -> str:

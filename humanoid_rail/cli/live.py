@@ -7,10 +7,9 @@ import webbrowser
 import click
 
 from humanoid_rail.cli.console import Command, console, has_display
-from humanoid_rail.cli.robot_options import RobotOptions, takes_a_robot
-from humanoid_rail.io.carried_robot import given_robot
+from humanoid_rail.cli.robot_options import RobotOptions, asked_robot, takes_a_robot
 from humanoid_rail.paper.cases import paper_scene
-from humanoid_rail.scene.scene import load_robot_of_scene, load_scene
+from humanoid_rail.scene.scene import load_scene
 
 
 @click.command(
@@ -36,8 +35,7 @@ def command(scene: str | None, robot: RobotOptions, host: str, port: int, view: 
     from humanoid_rail.live.server import serve
 
     world = paper_scene() if scene is None else load_scene(scene)
-    source, srdf, packages = robot["robot_file"], robot["srdf"], robot["packages"]
-    loaded = load_robot_of_scene(world) if source is None else given_robot(source, srdf, packages)
+    loaded = asked_robot(robot, world)
 
     def ready(url: str) -> None:
         console().print(f"Live at {url} until Ctrl-C.", soft_wrap=True)

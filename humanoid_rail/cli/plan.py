@@ -22,10 +22,10 @@ from humanoid_rail.cli.plan_options import (
 )
 from humanoid_rail.cli.play import play_back
 from humanoid_rail.cli.report import report_plan
-from humanoid_rail.cli.robot_options import RobotOptions, takes_a_robot
+from humanoid_rail.cli.robot_options import RobotOptions, asked_robot, takes_a_robot
 from humanoid_rail.cli.urdf import numbers_by_name
 from humanoid_rail.errors import MISSING, InvalidInput, checked_number
-from humanoid_rail.io.carried_robot import given_robot, is_papers
+from humanoid_rail.io.carried_robot import is_papers
 from humanoid_rail.io.plan_folder import Plan, check_plan_folder, write_plan
 from humanoid_rail.model.library import PAPER, load_robot
 from humanoid_rail.model.robot import Robot
@@ -36,7 +36,7 @@ from humanoid_rail.planning.planner import plan
 from humanoid_rail.progress import progress
 from humanoid_rail.result import Status
 from humanoid_rail.retiming.retiming import LEAST_SPEED, retime
-from humanoid_rail.scene.scene import Scene, is_of_a_scene, load_robot_of_scene, load_scene
+from humanoid_rail.scene.scene import Scene, is_of_a_scene, load_scene
 from humanoid_rail.trajectory import Trajectory
 from humanoid_rail.viewer.playback import playback_html
 
@@ -134,11 +134,7 @@ def _robot(asked: RobotOptions, scene: Scene, case: int | None, arguments: dict[
     if arguments:
         name, value = next(iter(arguments.items()))
         raise InvalidInput(name, value, "no argument of the paper's robot, as --robot or the scene names another one")
-    return (
-        load_robot_of_scene(scene)
-        if asked["robot_file"] is None
-        else given_robot(asked["robot_file"], asked["srdf"], asked["packages"])
-    )
+    return asked_robot(asked, scene)
 
 
 def _of_case(case: int, method: str | None, options: dict[str, Any]) -> PlanningMethod:

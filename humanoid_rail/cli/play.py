@@ -33,5 +33,10 @@ def play_back(plan: Plan) -> None:
         plan.scene,
         plan.trajectory,
         open_browser=has_display(),
-        on_ready=lambda url: console().print(f"Playing at {url} until Ctrl-C.", soft_wrap=True),
+        on_ready=say_where,
     )
+
+
+def say_where(url: str) -> None:
+    """Print where a page is served."""
+    console().print(f"Playing at {url} until Ctrl-C.", soft_wrap=True)

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from humanoid_rail._arrays import Array
 from humanoid_rail.cli.console import console
 from humanoid_rail.collision.certificate import Certificate
-from humanoid_rail.diagnosis import Diagnosis
+from humanoid_rail.diagnosis import TRIED, Diagnosis
 from humanoid_rail.errors import told_apart
 from humanoid_rail.kinematics.joint_limits import Violation
 from humanoid_rail.kinematics.path_metric import PathQuality
@@ -18,11 +18,6 @@ from humanoid_rail.trajectory import Trajectory
 
 NO_ENGINE = "nothing can be proven without the native engine"
 """This is said of a motion that has no certificate."""
-TRIED = {
-    "planned": "tried: auto finds a plan",
-    "posture": "tried: there is a configuration, and no path was found in a short search",
-}
-"""How remedies were tried out."""
 SMALL = 1e-3
 """Lengths below this are printed in mm, m."""
 MOST_NAMES = 12

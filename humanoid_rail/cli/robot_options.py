@@ -8,6 +8,10 @@ from typing import Any, TypedDict
 
 import click
 
+from humanoid_rail.io.carried_robot import given_robot
+from humanoid_rail.model.robot import Robot
+from humanoid_rail.scene.scene import Scene, load_robot_of_scene
+
 
 class RobotOptions(TypedDict):
     """What was asked for instead of the robot that is there."""
@@ -22,6 +26,17 @@ class RobotOptions(TypedDict):
 
 NAMES = ("robot_file", "srdf", "packages")
 """The options have these names."""
+
+
+def asked_robot(asked: RobotOptions, scene: Scene) -> Robot:
+    """Return the robot that is asked for, else that of the scene, else the paper's.
+
+    Raises:
+        InvalidInput: If there is no such robot, or it is not valid.
+    """
+    if asked["robot_file"] is None:
+        return load_robot_of_scene(scene)
+    return given_robot(asked["robot_file"], asked["srdf"], asked["packages"])
 
 
 def takes_a_robot(function: Callable[..., Any]) -> Callable[..., Any]:

@@ -10,15 +10,14 @@ import click
 from humanoid_rail.cli.console import Command
 from humanoid_rail.cli.plan_folder_options import GROUP, reads_a_plan
 from humanoid_rail.cli.report import beyond_limits, report_certificate
-from humanoid_rail.cli.robot_options import RobotOptions
+from humanoid_rail.cli.robot_options import RobotOptions, asked_robot
 from humanoid_rail.errors import MISSING, InvalidInput
-from humanoid_rail.io.carried_robot import given_robot
 from humanoid_rail.io.motion_files import SUFFIXES, ForeignMotion, departure, limits_exceeded, read_motion
 from humanoid_rail.io.plan_folder import read_plan
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.verification import verify
 from humanoid_rail.progress import progress
-from humanoid_rail.scene.scene import load_robot_of_scene, load_scene
+from humanoid_rail.scene.scene import load_scene
 
 SMALL = 1e-6
 """A controller that departs from what is proven by no more than this follows it, m and rad."""
@@ -63,8 +62,7 @@ def _verify_file(file: str, scene_file: str | None, asked: RobotOptions, max_che
     if scene_file is None:
         raise InvalidInput("scene", MISSING, f"a scene with the obstacles, by --scene, as {file} has none")
     scene = load_scene(scene_file)
-    source = asked["robot_file"]
-    robot = load_robot_of_scene(scene) if source is None else given_robot(source, asked["srdf"], asked["packages"])
+    robot = asked_robot(asked, scene)
     motion = read_motion(file, robot, linear=linear)
     with progress("proving"):
         certificate = verify(robot, scene, motion, max_checks=max_checks)

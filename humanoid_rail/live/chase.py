@@ -9,7 +9,6 @@ from humanoid_rail._arrays import Array
 from humanoid_rail.following.follower import Follower
 from humanoid_rail.following.state import CycleTimes, FollowerState, FollowerStatus
 from humanoid_rail.kinematics.task import ConfigurationTask
-from humanoid_rail.live.planning import at
 from humanoid_rail.live.triangles import radius
 from humanoid_rail.live.world import World, nearer, placed, placement
 from humanoid_rail.resolution.velocity import Gains
@@ -115,7 +114,7 @@ class Chase:
     def _follow_route(self, world: World, state: FollowerState, dt: float) -> None:
         """Move what is followed along the route as far as the robot keeps up, at the end go back to the targets."""
         assert self._route is not None
-        ahead = at(self._route, self._along)
+        ahead = self._route.configuration(self._along)
         if (abs(ahead - state.q) <= LEAD * world.robot.velocity_limit).all():
             self._along += dt
         is_moving = state.status in (FollowerStatus.FOLLOWING, FollowerStatus.REACHED)
@@ -123,5 +122,5 @@ class Chase:
         if self._along >= self._route.duration and abs(ahead - state.q).max() < 0.05:
             self.take(None)
             return
-        joints = tuple(world.robot.joint_names)
-        self.follower.set_tasks([ConfigurationTask(joints, tuple(at(self._route, self._along).tolist()))])
+        joints, now = tuple(world.robot.joint_names), self._route.configuration(self._along)
+        self.follower.set_tasks([ConfigurationTask(joints, tuple(now.tolist()))])

@@ -21,7 +21,7 @@ from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.methods import METHODS
 from humanoid_rail.scene.obstacles import Box, HalfSpace, Obstacle
 from humanoid_rail.scene.targets import Pose, Target, is_oriented, position
-from humanoid_rail.viewer.colours import PLAIN, hand_colour, rgb
+from humanoid_rail.viewer.colours import PLAIN, colour_of, hand_colour
 from humanoid_rail.viewer.drawing import is_floor, obstacle_colours
 from humanoid_rail.viewer.sizes import scale
 from humanoid_rail.viewer.visual_meshes import robot_visuals
@@ -84,13 +84,13 @@ class Page:
                 self.server,
                 f"/robot/{visual.joint}/{visual.name}",
                 triangles(visual.shape),
-                np.array(rgba[:3]),
+                colour_of(np.array(rgba)),
                 flat=isinstance(visual.shape, coal.Box),
             )
             _put(node, visual.placement)
 
     def _move_robot(self, robot: Robot, q: Array) -> None:
-        pin.forwardKinematics(robot.model, self._data, robot.coupling @ q + robot.offset)
+        pin.forwardKinematics(robot.model, self._data, robot.full_configuration(q))
         for name, frame in self._joints.items():
             _put(frame, self._data.oMi[robot.model.getJointId(name)])
 
@@ -118,7 +118,7 @@ class Page:
             self.server,
             f"/obstacles/{i}/body",
             obstacle_triangles(obstacle),
-            rgb(colour),
+            colour,
             opacity=0.2 if is_wall else None,
             flat=isinstance(obstacle, Box),
         )

@@ -5,8 +5,6 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass
 
-import numpy as np
-
 from humanoid_rail._arrays import Array
 from humanoid_rail.errors import HumanoidRailError
 from humanoid_rail.model.robot import Robot
@@ -73,8 +71,3 @@ def planned(robot: Robot, scene: Scene, start: Array, method: str) -> Planned:
     except HumanoidRailError as refused:
         error = str(refused)
     return Planned(trajectory, motion, time.perf_counter() - began, error)
-
-
-def at(motion: Trajectory, t: float) -> Array:
-    """Return the configuration (n,) of a motion at a time in s, linear between its samples."""
-    return np.array([np.interp(t, motion.t, column) for column in motion.q.T])

@@ -14,7 +14,7 @@ from humanoid_rail._arrays import Array
 from humanoid_rail.errors import HumanoidRailError
 from humanoid_rail.following.state import FollowerState
 from humanoid_rail.live.chase import Chase
-from humanoid_rail.live.planning import Planned, at, plain, planned
+from humanoid_rail.live.planning import Planned, plain, planned
 from humanoid_rail.live.worker import Worker
 from humanoid_rail.live.world import World, placement
 from humanoid_rail.model.robot import Robot
@@ -208,7 +208,7 @@ class Session:
         if shown is None or len(shown.t) < 2 or shown.q.shape[1] != self._world.robot.n:
             return self._world.q
         t = (time.monotonic() - self._began) % (shown.duration + REST)
-        return at(shown, min(t, shown.duration))
+        return shown.configuration(t)
 
     def _said(self) -> str:
         parts = ["planning ..."] if self.is_planning else []

@@ -13,7 +13,6 @@ from humanoid_rail._arrays import Array
 from humanoid_rail.live.triangles import Triangles
 from humanoid_rail.live.world import World
 from humanoid_rail.viewer.camera import HALF_HEIGHT, best_view
-from humanoid_rail.viewer.colours import rgb
 from humanoid_rail.viewer.drawing import DIRECTION_LENGTH
 from humanoid_rail.viewer.sizes import scale
 from humanoid_rail.viewer.view import floor_height
@@ -31,7 +30,7 @@ MISTY = (8.0, 45.0)
 
 def bytes_of(colour: int) -> tuple[int, int, int]:
     """Return red, green and blue from 0 to 255."""
-    red, green, blue = (255 * rgb(colour)).round().astype(int).tolist()
+    red, green, blue = colour.to_bytes(3, "big")
     return red, green, blue
 
 
@@ -90,7 +89,7 @@ def mark_target(
         turn = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])).matrix()
         cone.apply_transform(pin.SE3(turn, np.array([-length, 0.0, 0.0])).homogeneous)
         mesh = Triangles(np.array(cone.vertices), np.array(cone.faces))
-        draw(server, f"{name}/direction", mesh, rgb(colour))
+        draw(server, f"{name}/direction", mesh, colour)
     if number:
         below = rotation.T @ np.array([0.0, 0.0, -0.1 * size])
         scene.add_label(f"{name}/number", number, position=tuple(below.tolist()), anchor="top-center")
@@ -100,17 +99,16 @@ def draw(
     server: viser.ViserServer,
     name: str,
     mesh: Triangles,
-    colour: Array,
+    colour: int,
     opacity: float | None = None,
     flat: bool = False,
 ) -> Any:
-    """Draw triangles in a colour of red, green and blue (3,) from 0 to 1; flat ones have edges."""
-    red, green, blue = (255 * np.clip(colour, 0, 1)).astype(int).tolist()
+    """Draw triangles in a colour; flat ones have edges."""
     return server.scene.add_mesh_simple(
         name,
         mesh.vertices,
         mesh.faces,
-        color=(red, green, blue),
+        color=bytes_of(colour),
         opacity=opacity,
         flat_shading=flat,
         side="double",

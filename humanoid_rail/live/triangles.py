@@ -13,10 +13,8 @@ from numpy.typing import NDArray
 from humanoid_rail._arrays import Array
 from humanoid_rail.scene.obstacles import HalfSpace, Obstacle
 from humanoid_rail.scene.shapes import placed_shapes
+from humanoid_rail.viewer.forms import WALL
 from humanoid_rail.viewer.painted import Painted
-
-PLATE = (20.0, 20.0, 0.01)
-"""Half-spaces are drawn as plates of this size, m."""
 
 
 class Triangles(NamedTuple):
@@ -50,9 +48,9 @@ def triangles(shape: coal.CollisionGeometry | Sequence[Painted]) -> Triangles:
         case coal.ConvexBase():
             mesh = trimesh.convex.convex_hull(np.array(shape.points()))
         case coal.Halfspace():
-            mesh = trimesh.creation.box(PLATE)
+            mesh = trimesh.creation.box(WALL)
             turn = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), np.array(shape.n)).matrix()
-            mesh.apply_transform(pin.SE3(turn, (shape.d - PLATE[2] / 2.0) * np.array(shape.n)).homogeneous)
+            mesh.apply_transform(pin.SE3(turn, (shape.d - WALL[2] / 2.0) * np.array(shape.n)).homogeneous)
         case Sequence():
             parts = [trimesh.Trimesh(part.vertices, part.faces, process=False) for part in shape]
             mesh = trimesh.util.concatenate(parts)

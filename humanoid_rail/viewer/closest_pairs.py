@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from humanoid_rail._arrays import Array
 from humanoid_rail.collision import closest_pairs as collision
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.resampling import evaluate
 from humanoid_rail.scene.obstacles import name_of
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.trajectory import Trajectory
@@ -57,7 +58,7 @@ def closest_pairs(robot: Robot, scene: Scene, trajectory: Trajectory, times: Arr
         EngineMissing: If there is no native engine.
     """
     t = np.asarray(times, float)
-    q = np.array([trajectory.configuration(moment) for moment in t.tolist()]).reshape(len(t), robot.n)
+    q, _, _ = evaluate(trajectory.motion, t)
     obstacles, links = collision.closest_pairs(robot, scene.obstacles, t, q)
     names = robot.link_names
     return ClosestPairs(

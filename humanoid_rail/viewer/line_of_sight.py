@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from humanoid_rail._arrays import Array
 from humanoid_rail.kinematics.kinematics import Kinematics
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.viewer.occlusion import crosses_box
 from humanoid_rail.viewer.sizes import robot_points, scale
 
 NEAR_HAND = 0.3
@@ -36,9 +37,4 @@ def hidden_hands(robot: Robot, q: Array, eyes: Array) -> Array:
 
 def crossed(points: Array, eye: Array, boxes: Array) -> NDArray[np.bool_]:
     """Return which boxes (m, 2, 3) the lines from points (k, 3) to the eye (3,) cross (k, m)."""
-    way = (eye - points)[:, None]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        one, two = ((boxes[None, :, side] - points[:, None]) / way for side in (0, 1))
-    enters, leaves = np.fmin(one, two).max(axis=2), np.fmax(one, two).min(axis=2)
-    found: NDArray[np.bool_] = np.maximum(enters, 0.0) < np.minimum(leaves, 1.0)
-    return found
+    return crosses_box(points[:, None], (eye - points)[:, None], boxes[:, 0], boxes[:, 1])

@@ -13,7 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 from humanoid_rail._arrays import Array
-from humanoid_rail.diagnosis import Diagnosis, length
+from humanoid_rail.diagnosis import TRIED, Diagnosis, length
 from humanoid_rail.model.robot import Robot, called
 from humanoid_rail.scene.obstacles import HalfSpace, moved
 from humanoid_rail.scene.scene import Scene
@@ -41,11 +41,6 @@ FOUND = {
     "reach": "as near as the joint limits allow",
 }
 """Where a nearest miss comes from, in words."""
-TRIED = {
-    "planned": "tried, auto finds a plan",
-    "posture": "a configuration exists; no path was found in a short search",
-}
-"""How a remedy was tried out, in words."""
 
 
 def draw_miss(

@@ -68,6 +68,22 @@ def hidden(bodies: Blockers, camera: Array, points: Array, t: Array) -> NDArray[
     return found
 
 
+def crosses_box(start: Array, ray: Array, low: Array, high: Array) -> NDArray[np.bool_]:
+    """Return which segments, from a start (..., 3) along a ray (..., 3), cross boxes along the axes, (...) of bool.
+
+    Args:
+        start: Where the segments begin, m.
+        ray: From there to where they end, m.
+        low: The lowest corners of the boxes (..., 3), m.
+        high: Their highest corners (..., 3), m.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        one, two = (low - start) / ray, (high - start) / ray
+    enter, leave = np.fmin(one, two).max(axis=-1), np.fmax(one, two).min(axis=-1)
+    crossed: NDArray[np.bool_] = (enter <= leave) & (leave > 0) & (enter < 1)
+    return crossed
+
+
 def _near(centre: Array, radius: Array, points: Array, along: Array, length: Array) -> tuple[Indices, Indices]:
     """Return the rays and the bodies, by number, of the pairs whose ray comes near the ball around the body."""
     # |b - p|^2 and (b - p) u by products of matrices: there are millions of pairs.
@@ -84,10 +100,7 @@ def _meets(bodies: Blockers, centre: Array, body: Indices, start: Array, ray: Ar
     offset = start - centre[body]
     rotation, half = bodies.rotation[body], bodies.half[body]
     at, to = np.einsum("kij,ki->kj", rotation, offset), np.einsum("kij,ki->kj", rotation, ray)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        one, two = (-half - at) / to, (half - at) / to
-    enter, leave = np.fmin(one, two).max(axis=1), np.fmax(one, two).min(axis=1)
-    box = (enter <= leave) & (leave > 0) & (enter < 1)
+    box = crosses_box(at, to, -half, half)
     share = np.clip(-np.einsum("ij,ij->i", offset, ray) / np.einsum("ij,ij->i", ray, ray), 0.0, 1.0)
     ball = np.linalg.norm(offset + share[:, None] * ray, axis=1) < half[:, 0]
     met: NDArray[np.bool_] = np.where(bodies.is_ball[body] > 0, ball, box)

@@ -61,14 +61,13 @@ def robot_html(robot: Robot) -> str:
 
 def page_data(robot: Robot) -> dict[str, Any]:
     """Return what the page's script knows of a robot, as data that JSON can hold; m and rad."""
-    model = robot.model
     return {
-        "names": list(model.names),
+        "names": list(robot.model.names),
         "joints": joints_data(robot),
         "initial": robot.initial.tolist(),
         "postures": {START: robot.initial.tolist(), **{name: [*q] for name, q in robot.postures.items()}},
         "sliders": [
-            {"name": name, "unit": _unit(model, name), "lower": lower, "upper": upper}
+            {"name": name, "unit": robot.unit_of(name), "lower": lower, "upper": upper}
             for name, lower, upper in zip(robot.joint_names, robot.lower.tolist(), robot.upper.tolist(), strict=True)
         ],
         "bodies": [_body(robot, body) for body in robot.collision_model.geometryObjects],
@@ -123,10 +122,6 @@ def _unchecked(robot: Robot) -> Iterator[list[int]]:
     for number, pair in enumerate(robot.unchecked_pairs):
         if not pair.why.endswith(NO_JOINT):
             yield from ([i, j, 0, number] for i in of_link[pair.link] for j in of_link[pair.other])
-
-
-def _unit(model: pin.Model, name: str) -> str:
-    return "m" if model.joints[model.getJointId(name)].shortname().startswith("JointModelP") else "rad"
 
 
 def _panel(robot: Robot, data: Mapping[str, Any]) -> str:

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 
 from humanoid_rail._arrays import Array, FrozenArrays
 from humanoid_rail.errors import EngineMissing
-from humanoid_rail.kinematics.joint_limits import sampled
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.resampling import evaluate
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.trajectory import Trajectory
 from humanoid_rail.viewer.closest_pairs import ClosestPairs, closest_pairs
@@ -55,29 +55,23 @@ def series(robot: Robot, scene: Scene, trajectory: Trajectory) -> Series:
         scene: The scene the motion was planned in.
         trajectory: The motion.
     """
-    velocity, acceleration = _velocity(trajectory), None
-    speed = _shares(velocity, robot.velocity_limit)
+    columns = [_shares(evaluate(trajectory.motion, trajectory.t)[1], robot.velocity_limit)]
     if trajectory.timing is not None:
-        acceleration = _shares(trajectory.timing.acceleration, robot.acceleration_limit)
-    t = moments(trajectory, *(values for values in (speed, acceleration) if values is not None))
+        columns.append(_shares(trajectory.timing.acceleration, robot.acceleration_limit))
+    t, acceleration = moments(trajectory, *columns), None
+    if trajectory.timing is not None:
+        acceleration = np.stack([np.interp(t, trajectory.t, column) for column in columns[1].T], axis=-1)
     pairs = _closest(robot, scene, trajectory, t)
-    q = np.array([trajectory.configuration(moment) for moment in t.tolist()]).reshape(len(t), robot.n)
-    held = np.searchsorted(trajectory.t, t, side="right") - 1
-    if trajectory.timing is None:
-        moving, shares = velocity[held], speed[held]
-    else:
-        moving = np.stack([np.interp(t, trajectory.t, column) for column in velocity.T], axis=-1)
-        shares = _shares(moving, robot.velocity_limit)
-        acceleration = np.stack([np.interp(t, trajectory.t, column) for column in np.asarray(acceleration).T], axis=-1)
+    q, velocity, _ = evaluate(trajectory.motion, t)
     return Series(
         t=t,
         q=q,
         pairs=pairs,
         clearance=_clearance(trajectory, pairs, t),
         manipulability=np.interp(t, trajectory.t, trajectory.manipulability),
-        speed=shares,
+        speed=_shares(velocity, robot.velocity_limit),
         acceleration=acceleration,
-        hand_speed=hand_speeds(robot, q, moving),
+        hand_speed=hand_speeds(robot, q, velocity),
     )
 
 
@@ -121,17 +115,6 @@ def hand_speeds(robot: Robot, q: ArrayLike, velocity: ArrayLike) -> Array:
         for i, frame in enumerate(frames):
             row[i] = np.linalg.norm(pin.getFrameVelocity(robot.model, data, frame, pin.LOCAL).linear)
     return speeds
-
-
-def _velocity(trajectory: Trajectory) -> Array:
-    """Return the velocities at the samples (N, n), m/s and rad/s; at the last one the one before it."""
-    if trajectory.timing is not None:
-        return trajectory.timing.velocity
-    if len(trajectory.t) == 1:
-        return np.zeros_like(trajectory.q)
-    velocity = sampled(trajectory.t, trajectory.q).velocity.copy()
-    velocity[-1] = velocity[-2]
-    return velocity
 
 
 def _shares(values: Array, limit: Array) -> Array:

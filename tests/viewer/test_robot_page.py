@@ -16,8 +16,7 @@ import pinocchio as pin
 import pytest
 from conftest import package_robot
 from pages import needs_browser, pixels, share
-from playwright.sync_api import sync_playwright
-from screenshot import ARGUMENTS, browser_path
+from screenshot import opened
 
 from humanoid_rail import Robot, load_robot
 from humanoid_rail.model.collision_bodies import coal_placement
@@ -52,18 +51,11 @@ def robot_named(name: str) -> Robot:
 @contextmanager
 def shown(robot: Robot, folder: Path) -> Iterator[Any]:
     """Open the page of a robot; nothing may go wrong in it, and it may ask the network for nothing."""
-    text, troubles = robot_html(robot), list[str]()
+    text = robot_html(robot)
     assert len(text.encode()) < LARGEST
     (folder / "robot.html").write_text(text, encoding="utf-8")
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=browser_path(), args=ARGUMENTS)
-        page = browser.new_page(viewport={"width": 1280, "height": 760})
-        page.on("pageerror", lambda error: troubles.append(str(error)))
-        page.on("request", lambda request: troubles.append(request.url) if request.url.startswith("http") else None)
-        page.goto((folder / "robot.html").as_uri())
-        page.wait_for_function("() => window.isReady")
+    with opened(folder / "robot.html", (1280, 760)) as (page, troubles):
         yield page
-        browser.close()
     assert not troubles
 
 

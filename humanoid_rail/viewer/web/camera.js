@@ -20,7 +20,6 @@ function makeCamera(viewer, pane, view) {
   const own = {
     middle, inView,
     radius: Math.max(...points.map(point => point.distanceTo(middle))),
-    get isMoved() { return isMoved; },
 
     // Put the camera where it sees all the points.
     fit() {

@@ -45,5 +45,4 @@ function makeKeys(clock, timeline, views) {
     event.preventDefault();
     if (move) move(event); else toggle(name);
   });
-  return { set, toggle };
 }

@@ -11,7 +11,6 @@ function makeMiss(viewer, page, figures, labels) {
     for (const { text, place } of miss.labels) labels.add("miss", text, () => place);
   });
   return {
-    nodes,
     set(value) {
       panel.hidden = !value;
       for (const node of nodes) node.visible = value;

@@ -56,7 +56,7 @@ function makeBodies(mesh) {
   const add = (geometry, material, alpha, order, list) => {
     const own = new THREE.InstancedMesh(alpha ? geometry.clone() : geometry, alpha ? withAlpha(material) : material, count);
     if (alpha) own.geometry.setAttribute("alpha", alpha);
-    own.instanceMatrix = (alpha && list[0] ? list[0] : alpha ? own : mesh).instanceMatrix;
+    own.instanceMatrix = (list[0] || own).instanceMatrix;
     own.frustumCulled = false;
     own.renderOrder = order;
     mesh.parent.add(own);
@@ -99,7 +99,7 @@ function makeBodies(mesh) {
   }
 
   return {
-    count, mesh, balls,
+    count, balls,
     owners: mesh.userData.owners,
     get isSettled() { return [...changing].every(i => opacity[i] === goal[i]); },
     // Choose which bodies fade: those between the ends of any of the rays.

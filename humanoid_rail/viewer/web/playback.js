@@ -72,7 +72,7 @@ document.addEventListener("drawn", () => {
     viewer.set_dirty();
   });
   camera.onMove(obstacles.stale);
-  const keys = makeKeys(clock, timeline, views);
+  makeKeys(clock, timeline, views);
 
   const render = viewer.render.bind(viewer);
   viewer.render = () => {
@@ -98,5 +98,5 @@ document.addEventListener("drawn", () => {
   camera.fit();
   document.body.classList.add("ready");
   requestAnimationFrame(frame);
-  window.playback = { page, clock, camera, figures, obstacles, plots, timeline, keys, views };
+  window.playback = { page, clock, camera, figures, obstacles, plots, views };
 });

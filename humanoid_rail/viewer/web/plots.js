@@ -194,7 +194,6 @@ function makePlots(page, clock) {
   resized.observe(root);
 
   return {
-    tracks, moments,
     read: (id, t) => read(tracks.find(track => track.id === id), t),
   };
 }

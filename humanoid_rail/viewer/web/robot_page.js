@@ -46,7 +46,7 @@ function list(id, lines) {
 }
 
 function showContacts() {
-  const found = distances(q, robot.checked), states = robot.bodies.map(() => "free");
+  const found = distances(q, [...robot.checked, ...robot.unchecked]), states = robot.bodies.map(() => "free");
   const said = { touching: new Set(), near: new Set() };
   robot.checked.forEach(([i, j, least], k) => {
     if (found[k] > least) return;
@@ -59,8 +59,8 @@ function showContacts() {
   list("touching", [...said.touching]);
   list("near", [...said.near]);
   const unchecked = new Set();
-  distances(q, robot.unchecked).forEach((distance, k) => {
-    if (distance <= 0) unchecked.add(robot.reasons[robot.unchecked[k][3]]);
+  robot.unchecked.forEach(([, , , reason], k) => {
+    if (found[robot.checked.length + k] <= 0) unchecked.add(robot.reasons[reason]);
   });
   list("unchecked", [...unchecked]);
 }

@@ -55,7 +55,6 @@ function makeTimeline(page, clock) {
   say();
 
   return {
-    segment,
     // Go to the next or the previous mark.
     jump(by) {
       const marks = [0, ...arrivals, clock.duration], t = clock.t;
