@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from conftest import AHEAD
-from wandering import DT, turned
+from wandering import DT, around, turned
 
 from humanoid_rail import Box, Follower, FollowerStatus, HalfSpace, InvalidInput, Kinematics, Robot, Scene, Sphere
 from humanoid_rail.scene.obstacles import Obstacle
@@ -159,3 +159,30 @@ def test_an_obstacle_is_moved_by_its_name(robot: Robot) -> None:
     assert follower.step().jumped == "obstacles[0] (a)"
     with pytest.raises(InvalidInput, match="a name that one obstacle has"):
         follower.move_obstacle("b", (3.0, 8.0, 5.0))
+
+
+def test_a_moved_obstacle_counts_as_one_that_was_there_from_the_start(robot: Robot, rng: np.random.Generator) -> None:
+    """With its place, its turn and its velocity: the velocities are the same."""
+    braked = 0
+    for _ in range(4):
+        *near, floor = around(robot, rng)
+        drifts = [tuple(rng.uniform(-0.2, 0.2, 3).tolist()) for _ in near]
+        there = [o.model_copy(update={"velocity": v}) for o, v in zip(near, drifts, strict=True)]
+        away = [turned(o, np.array([0.0, 9.0, 0.0]), rng.normal(size=3)) for o in near]
+        told, knew = (
+            Follower(robot, Scene(targets=AHEAD, obstacles=(*some, floor)), dt=DT, obstacle_speed=0.5)
+            for some in (away, there)
+        )
+        free = Follower(robot, Scene(targets=AHEAD, obstacles=(floor,)), dt=DT)
+        for i, obstacle in enumerate(near):
+            told.move_obstacle(i, obstacle.center, getattr(obstacle, "rpy", None), drifts[i])
+        for _ in range(80):
+            state, expected = told.step(), knew.step()
+            np.testing.assert_allclose(state.velocity, expected.velocity, atol=1e-6)
+            assert state.proven
+        braked += not np.allclose(free_run(free, 80), state.q, atol=1e-3)
+    assert braked > 1
+
+
+def free_run(follower: Follower, cycles: int) -> np.ndarray:
+    return [follower.step() for _ in range(cycles)][-1].q
