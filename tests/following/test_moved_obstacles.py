@@ -166,6 +166,7 @@ def test_a_moved_obstacle_counts_as_one_that_was_there_from_the_start(robot: Rob
     braked = 0
     for _ in range(4):
         *near, floor = around(robot, rng)
+        near = [turned(o, np.zeros(3), rng.uniform(-0.15, 0.15, 3)) for o in near]  # by less than they are away
         drifts = [tuple(rng.uniform(-0.2, 0.2, 3).tolist()) for _ in near]
         there = [o.model_copy(update={"velocity": v}) for o, v in zip(near, drifts, strict=True)]
         away = [turned(o, np.array([0.0, 9.0, 0.0]), rng.normal(size=3)) for o in near]
