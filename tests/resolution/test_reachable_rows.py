@@ -48,6 +48,7 @@ class Rows(NamedTuple):
 
 
 def all_rows(at: NativeKinematics, q: np.ndarray, t: float, reachable: Reachable) -> Rows:
+    """Return them by the formulas of `qp` written out, with nothing of the engines but distances."""
     robot, h = at.robot, 1e-6
 
     def distances(x: np.ndarray, t: float = t) -> np.ndarray:
@@ -104,7 +105,7 @@ def test_rows_are_those_of_central_differences(rng: np.random.Generator, hulls: 
 
     Of hulls the native engine has only rows that a velocity could break; the velocity keeps all of them.
     """
-    seen: Counter[str] = Counter()
+    seen, shares = Counter[str](), Counter[str]()
     for i in range(20):
         known = load_robot(link_radius=(0.05, 0.3)[i % 2])
         robot = replace(
@@ -131,7 +132,7 @@ def test_rows_are_those_of_central_differences(rng: np.random.Generator, hulls: 
         asked = np.minimum(expected.sides, expected.base + beyond)
         keeps = ((expected.rows @ velocity >= asked - 1e-5) | ~to_be_found).all(axis=1)
         assert keeps.any()
-        seen["whole" if keeps[0] else "share"] += 2
+        shares["whole" if keeps[0] else "less"] += 1
         which = same.any(axis=0)
         pairs = len(robot.self_collision_pairs)
         for kind, of_kind in (("links", slice(0, pairs)), ("obstacles", slice(pairs, None))):
@@ -141,6 +142,6 @@ def test_rows_are_those_of_central_differences(rng: np.random.Generator, hulls: 
         seen["damper"] += (which & ~expected.is_capped).sum()
         seen["capped"] += (which & expected.is_capped).sum()
         seen["moving"] += (which & (abs(expected.drift) > 0.05)).sum()
-    print(seen)
     assert min(seen.values()) > 3, seen
-    assert len(seen) == 10
+    assert len(seen) == 8
+    assert min(shares["whole"], shares["less"]) > 1, shares
