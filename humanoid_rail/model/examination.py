@@ -16,7 +16,7 @@ import pinocchio as pin
 from humanoid_rail._arrays import Array
 from humanoid_rail.errors import InvalidInput
 from humanoid_rail.geometry.mesh_bodies import MOST_SWELLING, THICKENED, mesh_hull, mesh_pieces, saved_hull
-from humanoid_rail.geometry.mesh_files import warn_of_size
+from humanoid_rail.geometry.mesh_files import files_of, warn_of_size
 from humanoid_rail.geometry.solids import size_of
 from humanoid_rail.model import cache
 from humanoid_rail.model.building import Mechanism
@@ -62,7 +62,9 @@ class _Looked:
     """What bodies make of random postures."""
 
     decomposed: Sequence[str]
-    """The meshes that are cut, by where they are in the URDF; twice, if finely."""
+    """The meshes that are to be cut, by where they are in the URDF; twice, if finely."""
+    pieces: Mapping[str, Pieces]
+    """The convex pieces of each mesh; one of a mesh that is left whole."""
     bodies: pin.GeometryModel
     pairs: FoundPairs
     lost: Lost | None
@@ -94,38 +96,26 @@ def examine(
     is_cut_as_said = file.decomposed is not None or not written
     if is_cut_as_said and file.initial is not None and file.pairs.complete:
         asked = _asked_for(mechanism.urdf, file)
-        bodies = _bodies(mechanism, written, meshes, asked, file.as_written)
+        bodies = collision_bodies(mechanism.model, mechanism.urdf, _pieces(written, meshes, asked, file.as_written))
         pairs = find_pairs(mechanism.model, bodies, mechanism.urdf, None, None, file.pairs)
         return Examined(bodies, pairs, starts[0][1], ())
-    known = _kept(mechanism, srdf, file, meshes, written, starts)
-    pairs = FoundPairs(
-        {frozenset((a, b)): why for a, b, why in known["left_out"]},
-        {(i, j): distance for i, j, distance in known["distances"]},
-    )
-    bodies = _bodies(mechanism, written, meshes, known["decomposed"])
-    return Examined(bodies, pairs, np.array(known["start"]), tuple(known["found"]))
-
-
-def _kept(
-    mechanism: Mechanism,
-    srdf: Element | None,
-    file: RobotFile,
-    meshes: Mapping[str, Path],
-    bodies: Mapping[str, UrdfBody],
-    starts: Sequence[tuple[str, Array]],
-) -> dict[str, Any]:
-    """Return what is found out, from the user's cache folder if it is there."""
     said = [
         mechanism.urdf.text,
         "" if srdf is None else tostring(srdf, encoding="unicode"),
         file.model_dump_json(exclude={"urdf", "srdf", "package", "packages"}),
+        *(repr((why, q.tolist())) for why, q in starts),
     ]
-    key = cache.key_of([*said, *(repr((why, q.tolist())) for why, q in starts)], _files(bodies.values(), meshes))
+    key = cache.key_of(said, _files(written.values(), meshes))
     known = cache.kept(key)
     if known is None:
-        known = _look(mechanism, srdf, file, meshes, bodies, starts)
+        known = _look(mechanism, srdf, file, meshes, written, starts)
         cache.keep(key, known)
-    return known
+    pairs = FoundPairs(
+        {frozenset((a, b)): why for a, b, why in known["left_out"]},
+        {(i, j): distance for i, j, distance in known["distances"]},
+    )
+    bodies = collision_bodies(mechanism.model, mechanism.urdf, _pieces(written, meshes, known["decomposed"]))
+    return Examined(bodies, pairs, np.array(known["start"]), tuple(known["found"]))
 
 
 def _look(
@@ -142,7 +132,8 @@ def _look(
     originals, is_cut_as_said = Originals(mechanism, meshes), file.decomposed is not None or not written
 
     def look(decomposed: Sequence[str], count: int, limit: float) -> _Looked:
-        bodies = _bodies(mechanism, written, meshes, decomposed)
+        pieces = _pieces(written, meshes, decomposed)
+        bodies = collision_bodies(model, urdf, pieces)
         possible = possible_pairs(bodies)
         seen = survey(model, bodies, possible, random_postures(lower, upper), full)
         pairs, lost = find_pairs(model, bodies, urdf, srdf, None if file.pairs.complete else seen, file.pairs), None
@@ -151,7 +142,7 @@ def _look(
             if count > POSTURES or lost.share <= limit < lost.most:
                 seen = survey(model, bodies, possible, random_postures(lower, upper, CLOSE_POSTURES), full, 0.0)
                 lost = originals.lost(bodies, pairs.left_out, seen)
-        return _Looked(decomposed, bodies, pairs, lost)
+        return _Looked(decomposed, pieces, bodies, pairs, lost)
 
     best = look(_asked_for(urdf, file), POSTURES, MOST_LOST)
     tried = Counter(best.decomposed)
@@ -178,8 +169,9 @@ def _look(
             f"Convex bodies lose {lost.share:.1%} of the {lost.free} of {lost.postures} random postures that are free "
             "by the meshes."
         )
-    if decomposed:
-        found.append(f"Cut into convex pieces: the meshes of {', '.join(dict.fromkeys(decomposed))}.")
+    for is_cut, said in ((True, "Cut into convex pieces"), (False, "Left whole, as pieces would save too little")):
+        if named := [where for where in dict.fromkeys(decomposed) if (len(best.pieces[where]) > 1) is is_cut]:
+            found.append(f"{said}: the meshes of {', '.join(named)}.")
     return _data(decomposed, pairs, start, found)
 
 
@@ -214,18 +206,15 @@ def _is_mesh(body: UrdfBody) -> bool:
 
 
 def _files(bodies: Iterable[UrdfBody], meshes: Mapping[str, Path]) -> list[Path]:
+    """Return the files that the shapes of meshes are in."""
     names = {body.shape.filename for body in bodies if isinstance(body.shape, MeshFile)}
-    return [meshes[name] for name in sorted(names)]
+    return [file for name in sorted(names) for file in files_of(str(meshes[name]))]
 
 
-def _bodies(
-    mechanism: Mechanism,
-    written: Mapping[str, UrdfBody],
-    meshes: Mapping[str, Path],
-    decomposed: Sequence[str],
-    are_saved: bool = False,
-) -> pin.GeometryModel:
-    """Return the bodies of a robot; meshes of one that was saved are its bodies already."""
+def _pieces(
+    written: Mapping[str, UrdfBody], meshes: Mapping[str, Path], decomposed: Sequence[str], are_saved: bool = False
+) -> dict[str, Pieces]:
+    """Return the convex pieces of meshes; those of a robot that was saved are its bodies already."""
     pieces: dict[str, Pieces] = {}
     for where, body in written.items():
         assert isinstance(body.shape, MeshFile)
@@ -241,7 +230,7 @@ def _bodies(
             warnings.warn(f"the body of {where} reaches {1e3 * made.swelling:.1f} mm out of its mesh", stacklevel=2)
         warn_of_size(str(file), size_of(np.vstack(made.pieces)), LARGE)
         pieces[where] = made.pieces
-    return collision_bodies(mechanism.model, mechanism.urdf, pieces)
+    return pieces
 
 
 def _asked_for(urdf: Urdf, file: RobotFile) -> list[str]:

@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
+import trimesh
 from arms import long_arm
 
 from humanoid_rail import InvalidInput, load_robot
@@ -87,6 +88,33 @@ def test_what_is_damaged_in_the_cache_is_found_anew(
     file.write_text(damage)
     again = load_robot(long_arm(), hands=HAND)
     assert (again.left_out, again.initial.tolist()) == (robot.left_out, robot.initial.tolist())
+
+
+def test_a_buffer_of_a_mesh_that_changes_has_all_found_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a glTF file is made of lies beside it."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    body = f'<collision><geometry><mesh filename="{tmp_path}/box.gltf"/></geometry></collision>'
+    found = []
+    for size in (0.02, 0.03):
+        mesh = trimesh.creation.box((size, size, size))
+        for name, content in trimesh.exchange.gltf.export_gltf(trimesh.Scene(mesh)).items():
+            (tmp_path / ("box.gltf" if name.endswith(".gltf") else name)).write_bytes(content)
+        if found:  # the file itself stays as it was, as if its bounds were not in it
+            (tmp_path / "box.gltf").write_bytes(found[0])
+        found.append((tmp_path / "box.gltf").read_bytes())
+        load_robot(long_arm(links={"l5": body}), hands=HAND)
+    assert len([*cache_folder("robots").glob("*.json")]) == 2
+
+
+def test_a_mesh_that_is_to_be_cut_and_is_convex_is_not_said_to_be_cut(tmp_path: Path) -> None:
+    ring, ball = trimesh.creation.annulus(0.05, 0.08, 0.02), trimesh.creation.icosphere(2, 0.03)
+    links = {}
+    for link, mesh in (("l0", ball), ("l5", ring)):
+        mesh.export(tmp_path / f"{link}.stl")
+        links[link] = f'<collision><geometry><mesh filename="{tmp_path}/{link}.stl"/></geometry></collision>'
+    said = load_robot(long_arm(links=links), hands=HAND, decomposed=["l0", "l5"]).report()
+    assert "Cut into convex pieces: the meshes of link l5.collision[0]." in said
+    assert "Left whole, as pieces would save too little: the meshes of link l0.collision[0]." in said
 
 
 def test_locked_in_words_is_what_happens_anyway_and_nothing_else(tmp_path: Path) -> None:
