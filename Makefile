@@ -105,8 +105,8 @@ sanitize:
 	LD_PRELOAD="$$(gcc -print-file-name=libasan.so) $$(gcc -print-file-name=libubsan.so) $$(gcc -print-file-name=libstdc++.so)" \
 	ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1 \
 	$(SANITIZED)/bin/python -m pytest -k 'not python and not allocated and not memory' \
-		tests/kinematics tests/collision tests/resolution tests/following/test_follower.py tests/planning/test_planner.py \
-		tests/paper
+		tests/kinematics tests/collision tests/resolution tests/following/test_follower.py \
+		tests/following/test_moved_obstacles.py tests/planning/test_planner.py tests/paper
 
 $(VENV)/pyvenv.cfg:
 	@$(PYTHON) -c 'import sys; v = sys.version_info[:2]; sys.exit(None if (3, 11) <= v <= (3, 13) else \

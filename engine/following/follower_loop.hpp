@@ -58,7 +58,6 @@ class FollowerLoop {
   [[nodiscard]] FollowerState state() const;
   [[nodiscard]] CycleTimes times() const;
 
-  [[nodiscard]] int joints() const { return follower_.robot().n(); }
   [[nodiscard]] int obstacles() const { return follower_.obstacles(); }
   // A pair that touches where the robot is. Not while the thread runs.
   [[nodiscard]] std::optional<Nearest> contact() { return follower_.contact(); }

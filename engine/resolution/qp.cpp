@@ -131,7 +131,7 @@ void SafeVelocity::add_row(const Nearest& pair, double target, const Safety& saf
 // The velocity damper d_dot >= -k (d - d_s): sets the next row and returns the side; minus infinity where no velocity
 // within the joints' bounds can break it. What it asks for beyond the fallback is at most half of what they allow.
 double SafeVelocity::make_row(const Nearest& pair, double target, const Safety& safety, double dt) {
-  const double wanted = -std::min(safety.gain, 1.0 / dt) * (pair.distance - target) - pair.rate;
+  const double wanted = -safety.gain_for(dt) * (pair.distance - target) - pair.rate;
   make_room();
   auto row = G_.col(count_);
   scene.distance_gradient(pair, row);

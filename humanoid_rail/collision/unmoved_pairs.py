@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import coal
 import numpy as np
 import pinocchio as pin
 
@@ -12,7 +11,7 @@ from humanoid_rail.model.collision_bodies import coal_placement
 from humanoid_rail.model.pairs import NEITHER_MOVES, UncheckedPair
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import Obstacle, is_moving, name_of
-from humanoid_rail.scene.shapes import PlacedShape, placed_shapes
+from humanoid_rail.scene.shapes import PlacedShape, distance_between, placed_shapes
 
 PRECISION = 1e-6
 """Two that are nearer than this cannot be told from touching, m."""
@@ -32,7 +31,7 @@ def unmoved_pairs(
     bodies = _bodies_at_rest(robot) if resting else {}
     for link, shapes in bodies.items():
         for i, pieces in resting:
-            distance = min(_distance(shape, piece) for shape in shapes for piece in pieces)
+            distance = min(distance_between(shape, piece) for shape in shapes for piece in pieces)
             if distance <= nearer_than + PRECISION:
                 deep = f" by {-distance:.3g} m" if distance < -PRECISION else ""
                 near = f"they are {distance:.4g} m apart" if distance > PRECISION else f"they touch{deep}"
@@ -49,7 +48,3 @@ def _bodies_at_rest(robot: Robot) -> dict[str, list[PlacedShape]]:
             place = data.oMi[body.parentJoint] * body.placement
             found.setdefault(link, []).append(PlacedShape(body.geometry, coal_placement(place)))
     return found
-
-
-def _distance(one: PlacedShape, other: PlacedShape) -> float:
-    return float(coal.distance(*one, *other, coal.DistanceRequest(), coal.DistanceResult()))

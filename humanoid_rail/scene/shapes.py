@@ -39,6 +39,11 @@ def placed_shapes(obstacle: Obstacle) -> list[PlacedShape]:
             return [PlacedShape(convex_shape(vertices), placement) for vertices in obstacle.pieces]
 
 
+def distance_between(one: PlacedShape, other: PlacedShape) -> float:
+    """Return how far two convex shapes are from each other, m; negative inside."""
+    return float(coal.distance(*one, *other, coal.DistanceRequest(), coal.DistanceResult()))
+
+
 def support(placed: PlacedShape, direction: Array) -> float:
     """Return the largest coordinate of a convex shape along a direction (3,), m if the direction has length 1.
 

@@ -16,7 +16,7 @@ from humanoid_rail.model.collision_bodies import coal_placement
 from humanoid_rail.model.pair_distances import own_distances
 from humanoid_rail.model.robot import Hand, Robot, called
 from humanoid_rail.scene.obstacles import Obstacle, name_of
-from humanoid_rail.scene.shapes import placed_shapes
+from humanoid_rail.scene.shapes import PlacedShape, distance_between, placed_shapes
 
 POINT = 1e-9
 """A point is a ball of this radius, m."""
@@ -75,11 +75,8 @@ def targets_inside(tasks: Sequence[Task], obstacles: tuple[Obstacle, ...]) -> It
 
 def _distance(radius: float, center: Array, obstacle: Obstacle) -> float:
     """Return how far a ball is from an obstacle, m; negative inside."""
-    ball, place = coal.Sphere(radius), coal.Transform3s(np.eye(3), center)
-    request = coal.DistanceRequest()
-    return min(
-        float(coal.distance(ball, place, *shape, request, coal.DistanceResult())) for shape in placed_shapes(obstacle)
-    )
+    ball = PlacedShape(coal.Sphere(radius), coal.Transform3s(np.eye(3), center))
+    return min(distance_between(ball, piece) for piece in placed_shapes(obstacle))
 
 
 def _is_hand_at_point(task: Task) -> TypeGuard[PointTask]:
@@ -89,16 +86,13 @@ def _is_hand_at_point(task: Task) -> TypeGuard[PointTask]:
 def _ball(robot: Robot, hand: Hand) -> tuple[float, int]:
     """Return the radius of the largest ball around a hand's point that a body holds, m, and the body, or -1."""
     frame = robot.model.frames[robot.model.getFrameId(hand.frame)]
-    point = coal.Sphere(POINT)
-    center = coal.Transform3s(np.eye(3), frame.placement.translation)
+    point = PlacedShape(coal.Sphere(POINT), coal.Transform3s(np.eye(3), frame.placement.translation))
     radius, holds = 0.0, -1
     for i, body in enumerate(robot.collision_model.geometryObjects):
         if body.parentJoint == frame.parentJoint:
-            placement = coal_placement(body.placement)
-            result = coal.DistanceResult()
-            distance = coal.distance(point, center, body.geometry, placement, coal.DistanceRequest(), result)
-            if -float(distance) > radius:
-                radius, holds = -float(distance), i
+            depth = -distance_between(point, PlacedShape(body.geometry, coal_placement(body.placement)))
+            if depth > radius:
+                radius, holds = depth, i
     return radius, holds
 
 

@@ -8,14 +8,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 from arms import long_arm
-from conftest import plan, points
+from conftest import assert_gradient, central_difference, plan, points
 
 from humanoid_rail import DirectionTask, Gains, Kinematics, NativeKinematics, PointTask, Robot, Scene, load_robot
 from humanoid_rail.io.trajectory_files import read_trajectory, write_trajectory
 from humanoid_rail.kinematics.task import LEVER, orientation_lever
 from humanoid_rail.model.scale import manipulability_gain, relative_reach
 from humanoid_rail.resolution.native_velocity import projected_velocity
-from humanoid_rail.resolution.velocity import SINGULAR_VALUE, gradient_projection, pseudoinverse, singular_value
+from humanoid_rail.resolution.velocity import (
+    SINGULAR_VALUE,
+    damping,
+    gradient_projection,
+    pseudoinverse,
+    secondary_velocity,
+    singular_value,
+)
 
 
 def test_for_the_papers_robot_nothing_changes(robot: Robot) -> None:
@@ -91,6 +98,40 @@ def test_stretched_arms_of_all_sizes_move_alike(rng: np.random.Generator, scale:
             pseudoinverse(state.jacobian, singular_value(arm)) @ step,
             rtol=1e-2,
         )
+
+
+@pytest.mark.parametrize("scale", [0.125, 4.0])
+def test_the_manipulability_of_other_sizes_is_climbed_along_its_gradient(
+    robot: Robot, rng: np.random.Generator, Kinematics: type, scale: float
+) -> None:
+    """c_mu, that of the size, times mu: every column against central differences."""
+    other = smaller(robot, scale)
+    at, c_mu = Kinematics(other), (1.0 / scale) ** 6
+    for _ in range(5):
+        q = rng.uniform(robot.lower, robot.upper)
+        slope = secondary_velocity(at.state(q), Gains(c_kappa=0.0))
+        assert_gradient(lambda x: c_mu * at.measure(x).manipulability, slope, q)
+
+
+@pytest.mark.parametrize("scale", [0.125, 1.0, 4.0])
+@pytest.mark.parametrize("bend", [0.02, 0.1])
+def test_damped_velocities_are_least_squares(rng: np.random.Generator, scale: float, bend: float) -> None:
+    """Next to a singularity q_dot has the least |J q_dot + K e|^2 + lambda^2 |q_dot|^2, whatever the size."""
+    arm = smaller(load_robot(long_arm(), hands={"hand": {"frame": "l5"}}), scale)
+    q = bend * rng.uniform(0.5, 1.0, arm.n)
+    state = Kinematics(arm).state(q)
+    J, target = state.jacobian, state.hands[0] + scale * np.array([0.3, 0.1, -0.05])
+    task, gains = (PointTask("hand", target),), Gains(gain=2.0, c_mu=0.0, c_kappa=0.0)
+    factor = damping(np.linalg.svd(J, compute_uv=False)[-1], singular_value(arm))
+    assert factor > 0.0
+
+    def cost(velocity: np.ndarray) -> float:
+        left = J @ velocity + 2.0 * (state.hands[0] - target)
+        return float(left @ left + factor**2 * velocity @ velocity) / scale**2
+
+    for found in (gradient_projection(state, task, gains), projected_velocity(NativeKinematics(arm), task, gains)(q)):
+        assert abs(found).max() > 0.1
+        np.testing.assert_allclose(central_difference(cost, found, 1e-4), 0.0, atol=1e-8)
 
 
 def test_the_summary_says_what_was_used(tmp_path: Path, free: Scene) -> None:
