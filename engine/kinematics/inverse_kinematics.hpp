@@ -28,9 +28,13 @@ class InverseKinematics {
   // Looks, from a configuration (n), for one near it in which the tasks are done and all pairs are at least `distance`
   // apart; if that is minus infinity they are left alone.
   [[nodiscard]] Posture solve(const Eigen::Ref<const Vector>& start, const TaskStack& tasks, double distance);
+  // Returns a goal (n) nearer to a start (n), or the same one, by looking again and again from between the two.
+  [[nodiscard]] Vector pulled(const Eigen::Ref<const Vector>& goal, const Eigen::Ref<const Vector>& start,
+                              const TaskStack& tasks, double distance);
   [[nodiscard]] const Robot& robot() const { return scene_.robot(); }
 
  private:
+  [[nodiscard]] double length(const Vector& step) const;
   void keep_apart(const Nearest& pair, double distance, double spare, Posture& here, double& left);
   void keep_all_apart(double distance, Posture& here, double& left);
   void step(double damping, Vector& q);

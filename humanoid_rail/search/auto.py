@@ -39,6 +39,7 @@ from humanoid_rail.search.blocked_targets import blocked_target, targets_inside
 from humanoid_rail.search.exact_end import EXACT, error_at, error_left
 from humanoid_rail.search.goal_sampler import seeds
 from humanoid_rail.search.path_search import QP, PathSearch
+from humanoid_rail.search.sampler import Sampler
 from humanoid_rail.search.reachability import TimedOut, followed, out_of_reach
 from humanoid_rail.search.smoothing import round_corners, time_path
 
@@ -48,6 +49,8 @@ SPARE = 8e-4
 """The corners of a path keep this much more than the safety distance, so that there is room to round them, m."""
 RESERVE = 0.03
 """This share of `max_planning_time` is left for what follows a search."""
+QUICK_CHECKS = 2000
+"""So many edges are checked before the safe velocity is followed."""
 LOOSE_SHARE = 0.05
 """Smoothing may take at most this share of the distance that a path keeps."""
 RETREAT_SHARE = 0.95
@@ -108,10 +111,21 @@ def find_path(
         settings: When a motion ends, and when planning is cut off.
         budget: How much may be spent.
     """
-    kinematics = problem.native
     searching = (1.0 - RESERVE) * settings.max_planning_time
     deadline = time.perf_counter() + searching
-    motion, found = _follow_safely(problem, gains, safety, replace(settings, max_planning_time=searching))
+    distance = safety.safety_distance + SPARE
+    search = None
+    if _clearance(problem.native, problem.q) >= distance:
+        search = _search(problem, problem.q, distance, settings, budget, deadline)
+        search.go_to_nearest()
+        if search.best is None:
+            search.choose_goals(lambda q: _objective(problem.native, gains, q))
+            search.go_straight()
+            search.sample(QUICK_CHECKS)
+        if search.best is not None:
+            return _found(problem, search, 0, np.empty((0, problem.robot.n)), np.inf)
+    left = max(0.0, deadline - time.perf_counter())
+    motion, found = _follow_safely(problem, gains, safety, replace(settings, max_planning_time=left))
     if found is not None:
         return found
     arrived = _has_arrived(problem, motion)
@@ -119,32 +133,48 @@ def find_path(
         fault = _unreachable(problem, safety, settings, budget, deadline)
         if fault is not None:
             return PathResult(*fault, motion.evaluations)
-    first, distance, least = _first_clear(kinematics, motion.q, safety.safety_distance + SPARE)
-    solver = InverseKinematics(problem.robot, problem.obstacles)
-    search = PathSearch(
+    first, distance, least = _first_clear(problem.native, motion.q, distance)
+    if search is None:
+        search = _search(problem, motion.q[first], distance, settings, budget, deadline)
+    search.seeds = chain([motion.q[-1]], search.seeds)
+    if arrived:
+        search.arrive(QP, motion.q[first:])
+    if not search.goals:
+        search.choose_goals(lambda q: _objective(problem.native, gains, q), last=True)
+        search.go_straight()
+    search.sample()
+    if search.best is not None:
+        return _found(problem, search, motion.evaluations, motion.q[:first], least)
+    result = _result(search, motion.evaluations)
+    inside = [] if search.known else list(targets_inside(problem.tasks, problem.obstacles))
+    return replace(result, reason="; ".join([result.reason, *inside]))
+
+
+def _search(
+    problem: Problem, start: Array, distance: float, settings: Settings, budget: Budget, deadline: float
+) -> PathSearch:
+    """Return a search from a configuration (n,) that keeps a distance in m."""
+    return PathSearch(
         robot=problem.robot,
         checker=EdgeChecker(problem.robot, problem.obstacles, distance),
-        solve=lambda q: solver.solve(q, problem.tasks, distance),
+        sampler=Sampler(problem.robot, problem.obstacles, distance, deadline),
+        solver=InverseKinematics(problem.robot, problem.obstacles),
+        tasks=problem.tasks,
         distance=distance,
-        start=motion.q[first],
-        seeds=chain([motion.q[-1]], seeds(problem.robot, motion.q[first], budget.random)),
+        start=start,
+        seeds=seeds(problem.robot, start, budget.random),
         random=budget.random,
         max_edge_checks=budget.max_edge_checks,
         deadline=deadline,
         time_option=settings.planning_time_option,
     )
-    if arrived:
-        search.arrive(QP, motion.q[first:])
-    search.choose_goals(lambda q: _objective(kinematics, gains, q))
-    search.go_straight()
-    search.sample()
-    result = _result(search, motion.evaluations)
-    if search.best is None:
-        inside = [] if search.known else list(targets_inside(problem.tasks, problem.obstacles))
-        return replace(result, reason="; ".join([result.reason, *inside]))
-    path, checker = _smoothed(problem, search, motion.q[:first], least)
+
+
+def _found(problem: Problem, search: PathSearch, evaluations: int, beginning: Array, least: float) -> PathResult:
+    """Return the path of a search, smoothed; `_smoothed` says what else is given."""
+    path, checker = _smoothed(problem, search, beginning, least)
     return replace(
-        result,
+        _result(search, evaluations),
         status=Status.REACHED,
         reason="",
         path=path,
@@ -274,18 +304,22 @@ def _first_clear(kinematics: NativeKinematics, motion: Array, distance: float) -
     is farthest is returned, and a little less than how far that is.
     """
     clearances: list[float] = []
-    own = own_distances(kinematics.robot)
     for q in motion:
-        there = kinematics.measure(q, 0.0)
-        # Links that are as far apart as they themselves have to be do not hold up the others.
-        lacking = there.self_clearance[there.self_clearance < own]
-        clearance = float(min(there.clearance.min(initial=np.inf), lacking.min(initial=np.inf)))
+        clearance = _clearance(kinematics, q)
         if clearance >= distance:
             return len(clearances), distance, min(clearances, default=np.inf)
         clearances.append(clearance)
     place = int(np.argmax(clearances))
     kept = max(RETREAT_SHARE * clearances[place], min(clearances[place], distance - SPARE))
     return place, kept, min(clearances[:place], default=np.inf)
+
+
+def _clearance(kinematics: NativeKinematics, q: Array) -> float:
+    """Return the least clearance at a configuration (n,), m."""
+    there = kinematics.measure(q, 0.0)
+    # Links that are as far apart as they themselves have to be do not hold up the others.
+    lacking = there.self_clearance[there.self_clearance < own_distances(kinematics.robot)]
+    return float(min(there.clearance.min(initial=np.inf), lacking.min(initial=np.inf)))
 
 
 def _objective(kinematics: NativeKinematics, gains: Gains, q: Array) -> float:
