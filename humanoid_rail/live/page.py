@@ -12,6 +12,7 @@ import pinocchio as pin
 import viser
 
 from humanoid_rail._arrays import Array
+from humanoid_rail.io.carried_robot import is_papers
 from humanoid_rail.live.session import SPEED, Mode, Session, Shown
 from humanoid_rail.live.stage import draw, mark_target, set_stage
 from humanoid_rail.live.triangles import obstacle_triangles, triangles
@@ -202,7 +203,7 @@ class Page:
         self.markdown = gui.add_markdown("")
         with gui.add_folder("Joints", expand_by_default=False):
             self._add_joints(world)
-        if is_papers(world.robot):
+        if has_sizes(world.robot):
             with gui.add_folder("Robot", expand_by_default=False):
                 self._add_sizes()
 
@@ -252,9 +253,9 @@ def is_directed(target: Target) -> bool:
     return isinstance(target, Pose) and target.approach is not None
 
 
-def is_papers(robot: Robot) -> bool:
-    """Return whether a robot is the paper's, whose sizes can be set."""
-    return robot.urdf == load_robot().urdf
+def has_sizes(robot: Robot) -> bool:
+    """Return whether sliders can set the sizes of a robot: the paper's, with the sizes at which they begin."""
+    return is_papers(robot) and robot.urdf == load_robot().urdf
 
 
 def _put(handle: Any, placement: pin.SE3) -> None:

@@ -18,7 +18,7 @@ import pytest
 from conftest import AHEAD
 from screenshot import browser_path
 
-from humanoid_rail import InvalidInput, Robot, Scene, Sphere
+from humanoid_rail import InvalidInput, Robot, Scene, Sphere, load_robot
 from humanoid_rail.live.server import Live, serving
 from humanoid_rail.live.session import Mode
 
@@ -171,6 +171,15 @@ def test_the_command_serves_until_it_is_told_to_end() -> None:
         process.send_signal(signal.SIGTERM)
         assert process.wait(PATIENCE) == 0
         assert not process.stderr.read()
+
+
+def test_only_the_paper_s_robot_as_it_is_loaded_has_sliders_of_sizes(robot: Robot) -> None:
+    """They would bring back the other hand, or other sizes, with the first that is moved."""
+    from humanoid_rail.live.page import has_sizes
+
+    assert has_sizes(robot)
+    assert not has_sizes(robot.with_hands(["left"]))
+    assert not has_sizes(load_robot(l_l2=0.9))
 
 
 def test_a_scene_of_another_robot_is_refused(robot: Robot) -> None:
