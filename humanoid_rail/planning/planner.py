@@ -113,7 +113,7 @@ def _result(
     planning_time, diagnosis = time.perf_counter() - started, None
     if segments.unreached is not None and certificate is not None:
         diagnosis = diagnose(segments.unreached, method, started)
-        reason += in_one_line(diagnosis, method)
+        reason += in_one_line(diagnosis, method, scene.obstacles)
     if status is not Status.REACHED:
         reason += _held(robot) + size_hint(robot, method, status)
     verdict = Verdict(
