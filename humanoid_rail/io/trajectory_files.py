@@ -154,8 +154,7 @@ def _method(method: Mapping[str, Any]) -> PlanningMethod:
     """Return a method from its name and its options.
 
     Raises:
-        ValueError: If there is no method of that name, or an option is not valid.
-        TypeError: If it does not have one of the options.
+        ValueError: If there is no method of that name, it does not have one of the options, or one is not valid.
     """
     if method["name"] not in METHODS:
         raise ValueError(f"the method is {method['name']!r}, not one of {', '.join(METHODS)}")
