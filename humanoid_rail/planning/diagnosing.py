@@ -49,8 +49,8 @@ MOST_REMEDIES = 4
 BY_AUTO = " (auto finds a plan then)"
 """Of other methods it is said that it was `auto` that tried out what would help."""
 UNTRIED = "; what would help is not looked for among obstacles that move"
-"""A remedy is tried out by configurations at the targets that are clear of everything and by paths to them. Among moving
-obstacles a configuration is clear at its own time alone, and nothing searches for paths in time."""
+"""A remedy is tried out by configurations at the targets that are clear of everything, and by paths to them. Among
+moving obstacles a configuration is clear at its own time alone, and nothing searches for paths in time."""
 
 
 def diagnose(unreached: Unreached, method: PlanningMethod, started: float) -> Diagnosis:
