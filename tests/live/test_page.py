@@ -18,7 +18,7 @@ import pytest
 from conftest import AHEAD
 from screenshot import browser_path
 
-from humanoid_rail import InvalidInput, Robot, Scene, Sphere, load_robot
+from humanoid_rail import InvalidInput, Kinematics, Robot, Scene, Sphere, load_robot
 from humanoid_rail.live.server import Live, serving
 from humanoid_rail.live.session import Mode
 
@@ -123,6 +123,25 @@ def test_an_obstacle_has_a_gizmo_while_it_is_chosen_by_clicks(served: Live, brow
     wait_until(lambda: served.page.chosen == 0, page)
     served.page.choose(0)
     assert served.page.chosen is None
+
+
+@needs_browser
+def test_each_browser_fades_what_hides_the_robot_from_its_own_camera(served: Live, browser: Any, robot: Robot) -> None:
+    server, obstacles = served.page.server, served.page.obstacles
+    for _ in range(2):
+        browser.new_page().goto(served.url)
+    wait_until(lambda: len(server.get_clients()) == 2)
+    one, other = server.get_clients().values()
+    wait_until(lambda: not obstacles.faded(one.client_id))
+    rail = Kinematics(robot).stick_figure(robot.initial)[0]
+    behind = rail + 2.5 * (np.array(SPHERE.center) - rail)
+    while obstacles.faded(one.client_id) != {0}:  # until the browser has taken the first camera that it was told
+        one.camera.position = tuple(behind.tolist())
+        one.camera.look_at = tuple(rail.tolist())
+        time.sleep(0.2)
+    assert not obstacles.faded(other.client_id)
+    served.session.change(lambda world: world.with_obstacle(0, Sphere(center=(1.5, 9.0, 3.0), radius=0.2)))
+    wait_until(lambda: not obstacles.faded(one.client_id))
 
 
 @needs_browser
