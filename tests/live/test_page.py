@@ -135,10 +135,12 @@ def test_each_browser_fades_what_hides_the_robot_from_its_own_camera(served: Liv
     wait_until(lambda: not obstacles.faded(one.client_id))
     rail = Kinematics(robot).stick_figure(robot.initial)[0]
     behind = rail + 2.5 * (np.array(SPHERE.center) - rail)
-    while obstacles.faded(one.client_id) != {0}:  # until the browser has taken the first camera that it was told
-        one.camera.position = tuple(behind.tolist())
-        one.camera.look_at = tuple(rail.tolist())
-        time.sleep(0.2)
+
+    def is_faded() -> bool:  # once the browser has taken the first camera that it was told, it takes this one
+        one.camera.position, one.camera.look_at = tuple(behind.tolist()), tuple(rail.tolist())
+        return obstacles.faded(one.client_id) == {0}
+
+    wait_until(is_faded)
     assert not obstacles.faded(other.client_id)
     served.session.change(lambda world: world.with_obstacle(0, Sphere(center=(1.5, 9.0, 3.0), radius=0.2)))
     wait_until(lambda: not obstacles.faded(one.client_id))
