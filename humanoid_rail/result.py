@@ -1,4 +1,4 @@
-"""The parts of a result of planning: the motion, its samples, the verdict on it and where it comes from."""
+"""The parts of a result of planning: the motion, the verdict on it and where it comes from."""
 
 from __future__ import annotations
 
@@ -125,24 +125,6 @@ class Motion(FrozenArrays):
     """The timing of a retimed motion; None for the timing of the method, which is linear in q between samples."""
 
 
-@dataclass(frozen=True, eq=False)
-class Samples(FrozenArrays):
-    """What is true of the robot at each sample. N samples, h hands, O obstacles."""
-
-    hands: Array
-    """Positions of the hands (N, h, 3), m, in the base frame."""
-    hand_names: tuple[str, ...]
-    """The second axis of hands."""
-    clearance: Array
-    """Signed distance of the nearest link from each obstacle (N, O), m.
-
-    Infinite where it is beyond the activation distance and was not asked for (`far_clearances`); the smallest of each
-    sample is always there.
-    """
-    manipulability: Array
-    """mu of eq. 3.4 (N,)."""
-
-
 @dataclass(frozen=True)
 class Verdict:
     """What came of a plan."""
@@ -209,7 +191,7 @@ class Provenance:
     evaluations: int
     """Number of evaluations of q_dot."""
     planning_time: float
-    """Time that planning took, including the certificate, without the diagnosis of a plan that failed, s."""
+    """Time that planning took, including the certificate, without the samples and the diagnosis of a failure, s."""
     certification_time: float
     """Time that the certificate took, s."""
     retiming: Retiming | None = None

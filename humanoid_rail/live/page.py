@@ -1,4 +1,4 @@
-"""The page in the browser: the world with gizmos to drag, and the panel beside it. It and the stage know viser."""
+"""The page in the browser: the world with gizmos to drag, and the panel beside it. What is in it is drawn by viser."""
 
 from __future__ import annotations
 
@@ -12,17 +12,18 @@ import pinocchio as pin
 import viser
 
 from humanoid_rail._arrays import Array
+from humanoid_rail.io.carried_robot import is_papers
+from humanoid_rail.kinematics.kinematics import Kinematics
+from humanoid_rail.live.obstacles import Obstacles
 from humanoid_rail.live.session import SPEED, Mode, Session, Shown
-from humanoid_rail.live.stage import draw, mark_target, set_stage
-from humanoid_rail.live.triangles import obstacle_triangles, triangles
+from humanoid_rail.live.stage import draw, mark_target, put, set_stage
+from humanoid_rail.live.triangles import triangles
 from humanoid_rail.live.world import World, placed, placement, target_rotation, turned_target
 from humanoid_rail.model.library import load_robot
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.methods import METHODS
-from humanoid_rail.scene.obstacles import Box, HalfSpace, Obstacle
 from humanoid_rail.scene.targets import Pose, Target, is_oriented, position
 from humanoid_rail.viewer.colours import PLAIN, colour_of, hand_colour
-from humanoid_rail.viewer.drawing import is_floor, obstacle_colours
 from humanoid_rail.viewer.sizes import scale
 from humanoid_rail.viewer.visual_meshes import robot_visuals
 
@@ -63,16 +64,14 @@ class Page:
             return
         with self.server.atomic():
             self._move_robot(robot, shown.q)
-            for handle, there in zip(self._obstacles, shown.places, strict=True):
-                if handle is not None:
-                    _put(handle, there)
+            self.obstacles.show(shown.places, self._kinematics.stick_figure(shown.q))
         if shown.status != self._status:
             self._status = self.markdown.content = shown.status
 
     def _draw_robot(self, robot: Robot) -> None:
         if self._robot is not None:
             self.server.scene.remove_by_name("/robot")
-        self._robot, self._data = robot, robot.model.createData()
+        self._robot, self._data, self._kinematics = robot, robot.model.createData(), Kinematics(robot)
         self.server.scene.add_frame("/robot", show_axes=False)
         self._joints = {}
         for visual in robot_visuals(robot):
@@ -87,12 +86,12 @@ class Page:
                 colour_of(np.array(rgba)),
                 flat=isinstance(visual.shape, coal.Box),
             )
-            _put(node, visual.placement)
+            put(node, visual.placement)
 
     def _move_robot(self, robot: Robot, q: Array) -> None:
         pin.forwardKinematics(robot.model, self._data, robot.full_configuration(q))
         for name, frame in self._joints.items():
-            _put(frame, self._data.oMi[robot.model.getJointId(name)])
+            put(frame, self._data.oMi[robot.model.getJointId(name)])
 
     def _draw_world(self, world: World) -> None:
         self._draw_robot(world.robot)
@@ -101,31 +100,7 @@ class Page:
             for i, hand in enumerate(world.robot.hands):
                 if step[hand.name] is not None:
                     self._add_target(number, hand.name, i, size)
-        self._obstacles = [
-            self._add_obstacle(i, obstacle, colour)
-            for i, (obstacle, colour) in enumerate(
-                zip(world.scene.obstacles, obstacle_colours(world.scene.obstacles), strict=True)
-            )
-        ]
-
-    def _add_obstacle(self, i: int, obstacle: Obstacle, colour: int) -> Any:
-        """Draw an obstacle, which a click chooses; return its node, None for a half-space, which does not move."""
-        if is_floor(obstacle):
-            return None
-        is_wall = isinstance(obstacle, HalfSpace)
-        frame = self.server.scene.add_frame(f"/obstacles/{i}", show_axes=False)
-        body = draw(
-            self.server,
-            f"/obstacles/{i}/body",
-            obstacle_triangles(obstacle),
-            colour,
-            opacity=0.2 if is_wall else None,
-            flat=isinstance(obstacle, Box),
-        )
-        if is_wall:
-            return None
-        body.on_click(lambda _: self.choose(i))
-        return frame
+        self.obstacles = Obstacles(self.server, world.scene.obstacles, self.choose)
 
     @property
     def chosen(self) -> int | None:
@@ -149,7 +124,7 @@ class Page:
             name, scale=0.4 * size, disable_rotations=not is_oriented(target)
         )
         rotation = target_rotation(target)
-        _put(gizmo, pin.SE3(rotation, np.array(position(target))))
+        put(gizmo, pin.SE3(rotation, np.array(position(target))))
         number = str(step + 1) if len(self.session.world.scene.steps) > 1 else ""
         mark_target(self.server, name, rotation, hand_colour(i), size, pointed=is_directed(target), number=number)
 
@@ -168,7 +143,7 @@ class Page:
     def _obstacle_gizmo(self, i: int) -> Any:
         size = scale(self.session.world.robot)
         gizmo = self.server.scene.add_transform_controls(f"/handles/{i}", scale=0.5 * size, depth_test=False)
-        _put(gizmo, placement(self.session.world.scene.obstacles[i]))
+        put(gizmo, placement(self.session.world.scene.obstacles[i]))
 
         def moved(_: object) -> None:
             there = _pose(gizmo)
@@ -202,7 +177,7 @@ class Page:
         self.markdown = gui.add_markdown("")
         with gui.add_folder("Joints", expand_by_default=False):
             self._add_joints(world)
-        if is_papers(world.robot):
+        if has_sizes(world.robot):
             with gui.add_folder("Robot", expand_by_default=False):
                 self._add_sizes()
 
@@ -252,15 +227,9 @@ def is_directed(target: Target) -> bool:
     return isinstance(target, Pose) and target.approach is not None
 
 
-def is_papers(robot: Robot) -> bool:
-    """Return whether a robot is the paper's, whose sizes can be set."""
-    return robot.urdf == load_robot().urdf
-
-
-def _put(handle: Any, placement: pin.SE3) -> None:
-    handle.position = tuple(placement.translation.tolist())
-    x, y, z, w = pin.Quaternion(placement.rotation).coeffs().tolist()
-    handle.wxyz = (w, x, y, z)
+def has_sizes(robot: Robot) -> bool:
+    """Return whether sliders can set the sizes of a robot: the paper's, with the sizes at which they begin."""
+    return is_papers(robot) and robot.urdf == load_robot().urdf
 
 
 def _pose(handle: Any) -> pin.SE3:

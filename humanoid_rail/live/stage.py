@@ -96,14 +96,14 @@ def mark_target(
 
 
 def draw(
-    server: viser.ViserServer,
+    server: viser.ViserServer | viser.ClientHandle,
     name: str,
     mesh: Triangles,
     colour: int,
     opacity: float | None = None,
     flat: bool = False,
 ) -> Any:
-    """Draw triangles in a colour; flat ones have edges."""
+    """Draw triangles in a colour, in all browsers or in one; flat ones have edges."""
     return server.scene.add_mesh_simple(
         name,
         mesh.vertices,
@@ -114,3 +114,10 @@ def draw(
         side="double",
         cast_shadow=opacity is None,
     )
+
+
+def put(handle: Any, placement: pin.SE3) -> None:
+    """Put a node somewhere."""
+    handle.position = tuple(placement.translation.tolist())
+    x, y, z, w = pin.Quaternion(placement.rotation).coeffs().tolist()
+    handle.wxyz = (w, x, y, z)

@@ -40,7 +40,7 @@ from humanoid_rail.planning.remedies import (
 from humanoid_rail.planning.segments import Unreached
 from humanoid_rail.planning.target_shift import shifted_targets
 from humanoid_rail.result import Status
-from humanoid_rail.scene.obstacles import at_rest
+from humanoid_rail.scene.obstacles import Obstacle, at_rest
 
 MOST_PAIRS = 8
 """So many pairs are kept."""
@@ -48,6 +48,9 @@ MOST_REMEDIES = 4
 """So many remedies are looked for."""
 BY_AUTO = " (auto finds a plan then)"
 """Of other methods it is said that it was `auto` that tried out what would help."""
+UNTRIED = "; what would help is not looked for among obstacles that move"
+"""A remedy is tried out by configurations at the targets that are clear of everything, and by paths to them. Among
+moving obstacles a configuration is clear at its own time alone, and nothing searches for paths in time."""
 
 
 def diagnose(unreached: Unreached, method: PlanningMethod, started: float) -> Diagnosis:
@@ -81,17 +84,19 @@ def diagnose(unreached: Unreached, method: PlanningMethod, started: float) -> Di
     return _without_path(unreached, probe, best, goal, method)
 
 
-def in_one_line(diagnosis: Diagnosis, method: PlanningMethod) -> str:
-    """Return what a reason says of a diagnosis; nothing where only the end of a motion was looked at.
+def in_one_line(diagnosis: Diagnosis, method: PlanningMethod, obstacles: Sequence[Obstacle]) -> str:
+    """Return what a reason says of a diagnosis; of the miss nothing where only the end of a motion was looked at.
 
     Args:
         diagnosis: Why a segment did not reach its targets.
         method: What planned it. Where it is another than `auto`, it is said that `auto` tried out what would help.
+        obstacles: The obstacles of the scene. Where one moves, it is said that nothing was tried out.
     """
+    untried = "" if at_rest(obstacles) else UNTRIED
     if diagnosis.found_by == "motion" and not diagnosis.blocking and not diagnosis.remedies:
-        return ""
+        return untried
     if not diagnosis.remedies:
-        return f"; nearest miss: {diagnosis.miss}"
+        return f"; nearest miss: {diagnosis.miss}{untried}"
     remedy = diagnosis.remedies[0]
     by_another = not isinstance(method, Auto) and remedy.proven == PLANNED and remedy.what != USE_AUTO
     return f"; nearest miss: {diagnosis.miss}; what would help: {remedy.what}{BY_AUTO if by_another else ''}"

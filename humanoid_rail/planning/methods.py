@@ -51,7 +51,7 @@ class GradientProjection(Options):
     It neither prevents collisions nor knows limits: the verdict says what happened, whatever the status.
 
     Raises:
-        InvalidInput: If an option is not valid.
+        InvalidInput: If there is no such option, or one is not valid.
     """
 
     name: ClassVar[str] = "gradient-projection"
@@ -96,7 +96,7 @@ class SafeVelocity(SafeOptions):
     get stuck where a path exists.
 
     Raises:
-        InvalidInput: If an option is not valid.
+        InvalidInput: If there is no such option, or one is not valid.
     """
 
     name: ClassVar[str] = "qp"
@@ -123,7 +123,7 @@ class Auto(SafeOptions):
     docs/auto.md.
 
     Raises:
-        InvalidInput: If an option is not valid.
+        InvalidInput: If there is no such option, or one is not valid.
     """
 
     name: ClassVar[str] = "auto"

@@ -5,8 +5,6 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 
-import numpy as np
-
 from humanoid_rail._arrays import frozen
 from humanoid_rail._native import why_no_engine
 from humanoid_rail.collision.certificate import Certificate
@@ -24,7 +22,8 @@ from humanoid_rail.planning.size import check_size, size_hint
 from humanoid_rail.planning.start import check_start, warn_of_depth
 from humanoid_rail.planning.units import warn_of_units
 from humanoid_rail.problem import Problem
-from humanoid_rail.result import Motion, Provenance, Samples, Status, Verdict
+from humanoid_rail.result import Motion, Provenance, Status, Verdict
+from humanoid_rail.samples import samples_along
 from humanoid_rail.scene.scene import Scene, check_scene, start_of_scene
 from humanoid_rail.trajectory import Trajectory
 
@@ -105,15 +104,14 @@ def _result(
 ) -> Trajectory:
     """Return a motion as a trajectory, with the verdict on it."""
     robot, motion = kinematics.robot, segments.motion
-    course = kinematics.along(motion.q, np.inf if method.far_clearances else method.epsilon, motion.t)
-    computed = time.perf_counter()
+    begun = time.perf_counter()
     certificate = None if why_no_engine() else certify(robot, scene.obstacles, motion.t, motion.q)
     certified = time.perf_counter()
     status, reason = judged(certificate, method.kept_distance, motion.status, motion.reason)
     planning_time, diagnosis = time.perf_counter() - started, None
     if segments.unreached is not None and certificate is not None:
         diagnosis = diagnose(segments.unreached, method, started)
-        reason += in_one_line(diagnosis, method)
+        reason += in_one_line(diagnosis, method, scene.obstacles)
     if status is not Status.REACHED:
         reason += _held(robot) + size_hint(robot, method, status)
     verdict = Verdict(
@@ -125,14 +123,10 @@ def _result(
         arrivals=segments.arrivals,
         diagnosis=diagnosis,
     )
+    t, q = frozen(motion.t), frozen(motion.q)
     return Trajectory(
-        motion=Motion(frozen(motion.t), frozen(motion.q), robot.joint_names),
-        samples=Samples(
-            hands=frozen(course.hands),
-            hand_names=robot.hand_names,
-            clearance=frozen(course.clearance),
-            manipulability=frozen(course.manipulability),
-        ),
+        motion=Motion(t, q, robot.joint_names),
+        samples=samples_along(robot, scene.obstacles, t, q, method, method.engine),
         verdict=verdict,
         provenance=Provenance(
             scene=scene.name,
@@ -143,7 +137,7 @@ def _result(
             search=segments.search,
             evaluations=motion.evaluations,
             planning_time=planning_time,
-            certification_time=certified - computed,
+            certification_time=certified - begun,
             c_mu=method.gains.c_mu_of(robot),
         ),
         robot=robot,

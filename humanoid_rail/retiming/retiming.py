@@ -24,18 +24,18 @@ from humanoid_rail.collision.certificate import Certificate
 from humanoid_rail.collision.certifier import bound_resolution, certify
 from humanoid_rail.errors import InvalidInput, check_kind, checked_number, told_apart
 from humanoid_rail.kinematics.joint_limits import JointMotion, limit_violations
-from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.path_metric import STANDSTILL, path_length, path_quality
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.planner import judged
 from humanoid_rail.planning.segments import arrival
 from humanoid_rail.planning.verification import check_robot
 from humanoid_rail.resampling import evaluate
-from humanoid_rail.result import MAX_SAMPLES, Motion, Peak, Retiming, Samples, Status, Timing, Verdict
+from humanoid_rail.result import MAX_SAMPLES, Motion, Peak, Retiming, Status, Timing, Verdict
 from humanoid_rail.retiming.bspline import fastest_in_between, peaks, samples
 from humanoid_rail.retiming.rest_to_rest import follow
 from humanoid_rail.retiming.smooth_path import deviation, smooth_path
 from humanoid_rail.retiming.time_optimal import Limits
+from humanoid_rail.samples import samples_along
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.trajectory import Trajectory
 
@@ -134,28 +134,25 @@ def _result(
     trajectory: Trajectory, robot: Robot, scene: Scene, motion: _Timed, dt: float, longest: float, limits: Limits
 ) -> Trajectory:
     """Return a retimed motion as a trajectory, with a verdict of its own."""
-    t, certificate = motion.t, motion.certificate
+    t, q, certificate = frozen(motion.t), frozen(motion.q), motion.certificate
     arrivals = tuple(float(t[end]) for end in motion.ends[: len(trajectory.arrivals)])
     status, reason = _judged(trajectory, len(scene.steps), arrivals, float(t[-1]), longest, certificate)
-    horizon = np.inf if trajectory.method.far_clearances else trajectory.method.epsilon
-    course = NativeKinematics(robot, scene.obstacles).along(motion.q, horizon, t)
     fastest = fastest_in_between(motion.velocity, motion.acceleration, dt)
     timing = Timing(frozen(motion.velocity), frozen(motion.acceleration), _peaks(robot, motion, dt, limits))
-    hands, clearance, mu = frozen(course.hands), frozen(course.clearance), frozen(course.manipulability)
     return Trajectory(
-        motion=Motion(frozen(t), frozen(motion.q), robot.joint_names, timing),
-        samples=Samples(hands, robot.hand_names, clearance, mu),
+        motion=Motion(t, q, robot.joint_names, timing),
+        samples=samples_along(robot, scene.obstacles, t, q, trajectory.method),
         verdict=Verdict(
             status=status,
             reason=reason,
             certificate=certificate,
-            violations=limit_violations(robot, JointMotion(t, motion.q, fastest, motion.acceleration)),
+            violations=limit_violations(robot, JointMotion(t, q, fastest, motion.acceleration)),
             arrivals=arrivals,
             diagnosis=trajectory.diagnosis,
         ),
         provenance=replace(
             trajectory.provenance,
-            path=path_quality(robot, *(motion.q[a : b + 1] for a, b in pairwise([0, *motion.ends]))),
+            path=path_quality(robot, *(q[a : b + 1] for a, b in pairwise([0, *motion.ends]))),
             certification_time=motion.certification_time,
         ),
         robot=robot,

@@ -18,7 +18,7 @@ import pytest
 from conftest import AHEAD
 from screenshot import browser_path
 
-from humanoid_rail import InvalidInput, Robot, Scene, Sphere
+from humanoid_rail import InvalidInput, Kinematics, Robot, Scene, Sphere, load_robot
 from humanoid_rail.live.server import Live, serving
 from humanoid_rail.live.session import Mode
 
@@ -126,6 +126,27 @@ def test_an_obstacle_has_a_gizmo_while_it_is_chosen_by_clicks(served: Live, brow
 
 
 @needs_browser
+def test_each_browser_fades_what_hides_the_robot_from_its_own_camera(served: Live, browser: Any, robot: Robot) -> None:
+    server, obstacles = served.page.server, served.page.obstacles
+    for _ in range(2):
+        browser.new_page().goto(served.url)
+    wait_until(lambda: len(server.get_clients()) == 2)
+    one, other = server.get_clients().values()
+    wait_until(lambda: not obstacles.faded(one.client_id))
+    rail = Kinematics(robot).stick_figure(robot.initial)[0]
+    behind = rail + 2.5 * (np.array(SPHERE.center) - rail)
+
+    def is_faded() -> bool:  # once the browser has taken the first camera that it was told, it takes this one
+        one.camera.position, one.camera.look_at = tuple(behind.tolist()), tuple(rail.tolist())
+        return obstacles.faded(one.client_id) == {0}
+
+    wait_until(is_faded)
+    assert not obstacles.faded(other.client_id)
+    served.session.change(lambda world: world.with_obstacle(0, Sphere(center=(1.5, 9.0, 3.0), radius=0.2)))
+    wait_until(lambda: not obstacles.faded(one.client_id))
+
+
+@needs_browser
 def test_mode_and_method_are_chosen_in_the_panel(served: Live, browser: Any) -> None:
     page = browser.new_page(viewport={"width": 1000, "height": 700})
     page.goto(served.url)
@@ -171,6 +192,15 @@ def test_the_command_serves_until_it_is_told_to_end() -> None:
         process.send_signal(signal.SIGTERM)
         assert process.wait(PATIENCE) == 0
         assert not process.stderr.read()
+
+
+def test_only_the_paper_s_robot_as_it_is_loaded_has_sliders_of_sizes(robot: Robot) -> None:
+    """They would bring back the other hand, or other sizes, with the first that is moved."""
+    from humanoid_rail.live.page import has_sizes
+
+    assert has_sizes(robot)
+    assert not has_sizes(robot.with_hands(["left"]))
+    assert not has_sizes(load_robot(l_l2=0.9))
 
 
 def test_a_scene_of_another_robot_is_refused(robot: Robot) -> None:

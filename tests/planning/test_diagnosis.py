@@ -249,3 +249,16 @@ def test_what_helps_a_method_without_a_safety_distance_is_tried_with_that_of_aut
     assert remedies[0].proven == "planned"
     assert trajectory.reason.endswith(f"{remedies[0].what} (auto finds a plan then)")
     assert not [one.what for one in remedies if "the method auto" in one.what or one.option]
+
+
+def test_among_obstacles_that_move_it_is_said_that_nothing_is_tried_out(robot: Robot) -> None:
+    at_the_hand = Sphere(center=AHEAD["left"], radius=0.3)
+    far = Sphere(center=(-5.0, 0.0, 9.0), radius=0.1, velocity=(0.01, 0.0, 0.0))
+    among, at_rest = (
+        plan(robot, Scene(targets=AHEAD, obstacles=obstacles), SafeVelocity(max_time=3.0))
+        for obstacles in ((at_the_hand, far), (at_the_hand,))
+    )
+    assert among.diagnosis is not None
+    assert not among.diagnosis.remedies
+    assert among.reason.endswith("; what would help is not looked for among obstacles that move")
+    assert "not looked for" not in at_rest.reason
