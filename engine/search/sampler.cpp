@@ -55,6 +55,15 @@ Vector Sampler::configuration(const Vector& point) const {
   return point.cwiseProduct(units_).cwiseMin(limits.upper).cwiseMax(limits.lower);
 }
 
+Rows Sampler::valid_goals(const Rows& goals) {
+  Rows valid(goals.rows(), goals.cols());
+  Eigen::Index count = 0;
+  for (const auto& goal : goals.rowwise()) {
+    if (checker_.is_valid(goal.transpose())) valid.row(count++) = goal;
+  }
+  return valid.topRows(count);
+}
+
 Rows Sampler::configurations(const Rows& points) const {
   Rows q(points.rows(), points.cols());
   for (Eigen::Index i = 0; i < q.rows(); ++i) q.row(i) = configuration(points.row(i).transpose()).transpose();
@@ -69,15 +78,17 @@ Sampled Sampler::connect(const Vector& start, const Rows& goals, const SearchBox
     count.add();
     return filter_.is_edge_free(configuration(a), configuration(b));
   };
+  const Rows valid = valid_goals(goals);
+  if (valid.rows() == 0) return {};
   const SearchBox scaled{box.lower.cwiseQuotient(units_), box.upper.cwiseQuotient(units_)};
   Growth growth =
-      rrt_connect(start.cwiseQuotient(units_), goals * units_.cwiseInverse().asDiagonal(), scaled, longest, random,
+      rrt_connect(start.cwiseQuotient(units_), valid * units_.cwiseInverse().asDiagonal(), scaled, longest, random,
                   is_free, [&] { return count.is_over(); });
   Sampled found;
   if (growth.path) {
     found.path = configurations(*growth.path);
     found.path->topRows(1) = start.transpose();
-    found.path->bottomRows(1) = goals.row(growth.goal);
+    found.path->bottomRows(1) = valid.row(growth.goal);
   }
   found.explored = configurations(growth.from_start);
   found.checks = count.checks();

@@ -27,7 +27,8 @@ class Sampler {
   Sampler(std::shared_ptr<const Robot> robot, const Obstacles& obstacles, double distance, double own_share,
           const Vector& units);
 
-  // Looks for a path from a configuration (n) to one of some goals (K, n) within a box. It is not proven.
+  // Looks for a path from a configuration (n) to one of some goals (K, n) within a box. It is not proven. Goals that do
+  // not keep their distance are left out.
   [[nodiscard]] Sampled connect(const Vector& start, const Rows& goals, const SearchBox& box, double longest,
                                 std::uint64_t seed, const SearchEffort& effort);
   // Shortens a path (K, n) and proves it; none if it cannot be proven.
@@ -37,6 +38,7 @@ class Sampler {
  private:
   class Count;
   [[nodiscard]] Vector configuration(const Vector& point) const;
+  [[nodiscard]] Rows valid_goals(const Rows& goals);
   [[nodiscard]] Rows configurations(const Rows& points) const;
   [[nodiscard]] std::optional<Rows> proven(const Rows& path, Random& random, Count& count);
   [[nodiscard]] std::optional<Rows> around(const Vector& a, const Vector& b, Random& random, Count& count);

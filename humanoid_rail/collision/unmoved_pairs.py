@@ -30,8 +30,10 @@ def unmoved_pairs(
         obstacles: What it is among.
         nearer_than: Those that are farther apart are left out, m.
     """
+    bodies = _bodies_at_rest(robot)
+    if not bodies:
+        return
     resting = [(i, placed_shapes(obstacle)) for i, obstacle in enumerate(obstacles) if not is_moving(obstacle)]
-    bodies = _bodies_at_rest(robot) if resting else {}
     for link, shapes in bodies.items():
         for i, pieces in resting:
             distance = min(distance_between(shape, piece) for shape in shapes for piece in pieces)
