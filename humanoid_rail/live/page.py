@@ -22,7 +22,7 @@ from humanoid_rail.planning.methods import METHODS
 from humanoid_rail.scene.obstacles import Box, HalfSpace, Obstacle
 from humanoid_rail.scene.targets import Pose, Target, is_oriented, position
 from humanoid_rail.viewer.colours import PLAIN, colour_of, hand_colour
-from humanoid_rail.viewer.drawing import is_floor, obstacle_colours
+from humanoid_rail.viewer.drawing import is_floor, node_name, obstacle_colours
 from humanoid_rail.viewer.sizes import scale
 from humanoid_rail.viewer.visual_meshes import robot_visuals
 
@@ -76,13 +76,14 @@ class Page:
         self.server.scene.add_frame("/robot", show_axes=False)
         self._joints = {}
         for visual in robot_visuals(robot):
+            joint = f"/robot/{node_name(visual.joint)}"
             if visual.joint not in self._joints:
-                frame = self.server.scene.add_frame(f"/robot/{visual.joint}", show_axes=False)
+                frame = self.server.scene.add_frame(joint, show_axes=False)
                 self._joints[visual.joint] = frame
             rgba = PLAIN if visual.rgba is None else visual.rgba
             node = draw(
                 self.server,
-                f"/robot/{visual.joint}/{visual.name}",
+                f"{joint}/{node_name(visual.name)}",
                 triangles(visual.shape),
                 colour_of(np.array(rgba)),
                 flat=isinstance(visual.shape, coal.Box),
@@ -144,7 +145,7 @@ class Page:
     def _add_target(self, step: int, hand: str, i: int, size: float) -> None:
         target = self.session.world.scene.steps[step][hand]
         assert target is not None
-        name = f"/targets/{step}/{hand}"
+        name = f"/targets/{step}/{node_name(hand)}"
         gizmo = self.server.scene.add_transform_controls(
             name, scale=0.4 * size, disable_rotations=not is_oriented(target)
         )
