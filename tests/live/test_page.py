@@ -216,7 +216,7 @@ def test_sliders_are_within_limits_however_narrow(limits: tuple[float, float]) -
 
 
 def test_a_robot_with_a_short_joint_is_shown() -> None:
-    links = '<link name="base"/><link name="wrist"/><link name="arm"><visual><geometry><sphere radius="0.1"/></geometry></visual></link>'
+    links = "".join(f'<link name="{name}"/>' for name in ("base", "arm", "wrist"))
     tip = '<link name="tip"><collision><geometry><sphere radius="0.05"/></geometry></collision></link>'
     joints = "".join(
         f'<joint name="{name}" type="prismatic"><parent link="{parent}"/><child link="{child}"/><origin xyz="0.2 0 0"/>'
