@@ -101,9 +101,8 @@ def read_motion(path: str | Path, robot: Robot, *, linear: bool = False) -> Fore
         error.source = error.source or str(path)
         raise
     except (OSError, EOFError, KeyError, IndexError, TypeError, ValueError, AttributeError, *DAMAGED) as error:
-        raise InvalidInput(
-            "motion", str(path), f"a file of a motion that can be read ({type(error).__name__}: {error})"
-        ) from error
+        valid = f"a file of a motion that can be read ({type(error).__name__}: {error})"
+        raise InvalidInput("motion", str(path), valid) from error
 
 
 def limits_exceeded(robot: Robot, motion: ForeignMotion) -> tuple[Violation, ...]:
@@ -178,7 +177,8 @@ def _of_csv(file: Path) -> _Table:
         lines = [(reader.line_num, row) for row in reader if row]
     names = [name.strip() for name in lines[0][1]] if lines else []
     if len(names) < 2:
-        raise InvalidInput("motion", *names[:1] or [MISSING], "a header: the names of columns with commas between them")
+        header = names[0] if names else MISSING
+        raise InvalidInput("motion", header, "a header: the names of columns with commas between them")
     if len(set(names)) < len(names):
         raise InvalidInput("motion", next(n for n in names if names.count(n) > 1), "columns whose names differ")
     for number, row in lines[1:]:
