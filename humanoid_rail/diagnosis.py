@@ -97,17 +97,14 @@ class Diagnosis:
 
     @property
     def miss(self) -> str:
-        """The nearest miss and what blocks there, in one line."""
+        """The nearest miss and what blocks there, in one line; empty if there is nothing to say of it."""
         hands = [
             f"{called(miss.hand)} {length(miss.distance)} m from its target" for miss in self.misses if _counts(miss)
         ]
-        said = " and ".join(hands) if hands else "the hands at their targets"
-        if self.blocking:
-            pair = self.blocking[0]
-            said += f", {pair.link} blocked by {pair.other}"
-        if self.limits:
-            said += f", {' and '.join(self.limits)}"
-        return said
+        if self.misses and not hands:
+            hands = ["the hands at their targets"]
+        pairs = [f"{pair.link} blocked by {pair.other}" for pair in self.blocking[:1]]
+        return ", ".join(" and ".join(part) for part in (hands, pairs, self.limits) if part)
 
     def summary(self) -> dict[str, Any]:
         """Return it as plain data, with the distances."""

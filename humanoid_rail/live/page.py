@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -24,6 +25,7 @@ from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.methods import METHODS
 from humanoid_rail.scene.targets import Pose, Target, is_oriented, position
 from humanoid_rail.viewer.colours import PLAIN, colour_of, hand_colour
+from humanoid_rail.viewer.drawing import node_name
 from humanoid_rail.viewer.sizes import scale
 from humanoid_rail.viewer.visual_meshes import robot_visuals
 
@@ -45,7 +47,7 @@ class Page:
         self.server, self.session = server, session
         self._robot: Robot | None = None
         self._joints: dict[str, Any] = {}
-        self._status = ""
+        self._status, self._mode = "", session.mode
         self._chosen: tuple[int, Any] | None = None
         self._choosing = threading.Lock()
         self.targets: dict[tuple[int, str], Any] = {}
@@ -57,9 +59,11 @@ class Page:
 
     def show(self, shown: Shown) -> None:
         """Show a moment."""
-        robot = self.session.world.robot
+        robot, mode = self.session.world.robot, self.session.mode
         if robot is not self._robot:
             self._draw_robot(robot)
+        if mode is not self._mode:  # also where nobody chose it
+            self._mode, self.mode.value = mode, str(mode)
         if len(shown.q) != robot.n:
             return
         with self.server.atomic():
@@ -75,13 +79,14 @@ class Page:
         self.server.scene.add_frame("/robot", show_axes=False)
         self._joints = {}
         for visual in robot_visuals(robot):
+            joint = f"/robot/{node_name(visual.joint)}"
             if visual.joint not in self._joints:
-                frame = self.server.scene.add_frame(f"/robot/{visual.joint}", show_axes=False)
+                frame = self.server.scene.add_frame(joint, show_axes=False)
                 self._joints[visual.joint] = frame
             rgba = PLAIN if visual.rgba is None else visual.rgba
             node = draw(
                 self.server,
-                f"/robot/{visual.joint}/{visual.name}",
+                f"{joint}/{node_name(visual.name)}",
                 triangles(visual.shape),
                 colour_of(np.array(rgba)),
                 flat=isinstance(visual.shape, coal.Box),
@@ -119,7 +124,7 @@ class Page:
     def _add_target(self, step: int, hand: str, i: int, size: float) -> None:
         target = self.session.world.scene.steps[step][hand]
         assert target is not None
-        name = f"/targets/{step}/{hand}"
+        name = f"/targets/{step}/{node_name(hand)}"
         gizmo = self.server.scene.add_transform_controls(
             name, scale=0.4 * size, disable_rotations=not is_oriented(target)
         )
@@ -162,13 +167,13 @@ class Page:
         # Sharing would open the page to others by way of a server of viser's.
         gui.configure_theme(show_share_button=False, show_logo=False)
         gui.set_panel_label(world.scene.name)
-        mode: Any = gui.add_dropdown("mode", [str(mode) for mode in Mode], initial_value=str(Mode.PLAN))
+        self.mode: Any = gui.add_dropdown("mode", [str(mode) for mode in Mode], initial_value=str(session.mode))
 
         def chosen() -> None:
-            session.set_mode(Mode(mode.value))
-            mode.value = str(session.mode)  # another one, where the robot cannot follow
+            session.set_mode(Mode(self.mode.value))
+            self.mode.value = str(session.mode)  # another one, where the robot cannot follow
 
-        mode.on_update(by_user(chosen))
+        self.mode.on_update(by_user(chosen))
         method = gui.add_dropdown("method", list(METHODS), initial_value=next(iter(METHODS)))
         method.on_update(by_user(lambda: session.set_method(method.value)))
         gui.add_button("Replan").on_click(lambda _: session.replan())
@@ -183,9 +188,10 @@ class Page:
 
     def _add_joints(self, world: World) -> None:
         robot = world.robot
-        for i, (name, low, high) in enumerate(zip(robot.joint_names, robot.lower, robot.upper, strict=True)):
-            low, high = float(np.ceil(100 * low) / 100), float(np.floor(100 * high) / 100)
-            slider = self.server.gui.add_slider(name, low, high, 0.01, round(float(np.clip(world.q[i], low, high)), 2))
+        for i, (name, lower, upper) in enumerate(zip(robot.joint_names, robot.lower, robot.upper, strict=True)):
+            low, high, digits = slider_range(float(lower), float(upper))
+            there = round(float(np.clip(world.q[i], low, high)), digits)
+            slider = self.server.gui.add_slider(name, low, high, 10.0**-digits, there)
 
             def moved(i: int = i, slider: Any = slider) -> None:
                 def change(before: World) -> World:
@@ -210,6 +216,18 @@ class Page:
 
         for slider in sliders.values():
             slider.on_update(by_user(lambda: self.session.load_robot(load)))
+
+
+def slider_range(lower: float, upper: float) -> tuple[float, float, int]:
+    """Return the ends of a slider within limits, and to how many digits it is set: hundredths, or finer if it is short.
+
+    A joint that cannot move has a slider of no length.
+    """
+    width = upper - lower
+    digits = max(2, 2 - math.floor(math.log10(width))) if width > 0 else 2
+    one = 10**digits
+    low, high = math.ceil(one * lower) / one, math.floor(one * upper) / one
+    return (low, high, digits) if width > 0 else (lower, lower, digits)
 
 
 def by_user(work: Callable[[], None]) -> Callable[[Any], None]:

@@ -95,11 +95,12 @@ def in_one_line(diagnosis: Diagnosis, method: PlanningMethod, obstacles: Sequenc
     untried = "" if at_rest(obstacles) else UNTRIED
     if diagnosis.found_by == "motion" and not diagnosis.blocking and not diagnosis.remedies:
         return untried
+    said = f"; nearest miss: {diagnosis.miss}" if diagnosis.miss else ""
     if not diagnosis.remedies:
-        return f"; nearest miss: {diagnosis.miss}{untried}"
+        return said + untried
     remedy = diagnosis.remedies[0]
     by_another = not isinstance(method, Auto) and remedy.proven == PLANNED and remedy.what != USE_AUTO
-    return f"; nearest miss: {diagnosis.miss}; what would help: {remedy.what}{BY_AUTO if by_another else ''}"
+    return f"{said}; what would help: {remedy.what}{BY_AUTO if by_another else ''}"
 
 
 CUT_OFF = (Status.PLANNING_TIMEOUT, Status.TIME_LIMIT, Status.OVERRUN, Status.UNCERTIFIED)

@@ -7,11 +7,13 @@ from collections.abc import Sequence
 
 from humanoid_rail.collision.certificate import Certificate
 from humanoid_rail.result import Status
+from humanoid_rail.scene.scene import Scene
 from humanoid_rail.trajectory import Trajectory
 from humanoid_rail.viewer.closest_pairs import Closest
 from humanoid_rail.viewer.colours import CLEARANCE_SCALE, PENETRATION_COLOUR
 
-OTHER_SCENE = "planned among other obstacles than those in the picture, which are of the first motion"
+OTHER_SCENE = "planned {} than those in the picture, which are of the first motion"
+"""What is said of a motion whose scene is not drawn, and differs from the one that is."""
 NAMED = 3
 """Of links of which nothing is proven so many are named."""
 
@@ -49,6 +51,13 @@ def caption(name: str, trajectory: Trajectory, closest: Sequence[Closest], *, ma
         f'<section><div class="verdict">{mark}<h1>{html.escape(name)}</h1>{said}'
         f'<span class="method">{html.escape(method)}</span></div>{below}</section>'
     )
+
+
+def other_scene(drawn: Scene, own: Scene) -> str:
+    """Return how the scene of a motion differs from the one that is drawn; empty if it does not."""
+    differs = {"among other obstacles": own.obstacles != drawn.obstacles, "for other targets": own.steps != drawn.steps}
+    said = " and ".join(what for what, is_so in differs.items() if is_so)
+    return OTHER_SCENE.format(said) if said else ""
 
 
 def legend(trajectory: Trajectory) -> str:

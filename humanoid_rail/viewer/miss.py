@@ -21,7 +21,7 @@ from humanoid_rail.scene.shapes import PlacedShape, placed_shapes
 from humanoid_rail.trajectory import Trajectory
 from humanoid_rail.viewer.colours import BLOCKING_COLOUR, rgb
 from humanoid_rail.viewer.connection import OnTop
-from humanoid_rail.viewer.drawing import draw_bodies, is_floor
+from humanoid_rail.viewer.drawing import draw_bodies, is_floor, node_name
 from humanoid_rail.viewer.forms import Group, instances
 from humanoid_rail.viewer.sizes import bounds, scale
 from humanoid_rail.viewer.visual_meshes import Visual, draw_visuals
@@ -65,7 +65,7 @@ def draw_miss(
     draw_bodies(links, robot, _blocking_bodies(robot, found))
     for number, joint in enumerate(robot.model.names):
         for node in (ghost, links):
-            node[joint].set_transform(data.oMi[number].homogeneous)
+            node[node_name(joint)].set_transform(data.oMi[number].homogeneous)
     blocking = [moved(scene.obstacles[i], trajectory.duration) for i in _obstacles(found) if i < len(scene.obstacles)]
     pieces = [piece for o in blocking if not (isinstance(o, HalfSpace) and is_floor(o)) for piece in placed_shapes(o)]
     large = [piece for piece in pieces if _length(piece) >= LARGE * size]
@@ -74,7 +74,7 @@ def draw_miss(
     view["obstacles"].set_object(Group({"blocking": drawn}))
     for miss in found.misses:
         if miss.distance > SHORTEST:
-            _draw_line(view[f"lines/{miss.hand}"], np.array(miss.position), np.array(miss.target), size)
+            _draw_line(view["lines"][node_name(miss.hand)], np.array(miss.position), np.array(miss.target), size)
 
 
 def miss_data(found: Diagnosis | None) -> dict[str, Any] | None:

@@ -57,7 +57,7 @@ def motions_html(robot: Robot, motions: Sequence[tuple[str, Scene, Trajectory]])
     import meshcat
 
     from humanoid_rail.viewer.camera import best_view
-    from humanoid_rail.viewer.caption import OTHER_SCENE, caption, legend
+    from humanoid_rail.viewer.caption import caption, legend, other_scene
     from humanoid_rail.viewer.closest_pairs import closest_of_all
     from humanoid_rail.viewer.miss import draw_miss, miss_data, miss_panel
     from humanoid_rail.viewer.motion_data import motion_data, scene_data
@@ -87,7 +87,7 @@ def motions_html(robot: Robot, motions: Sequence[tuple[str, Scene, Trajectory]])
                 trajectory,
                 closest_of_all(robot, own, trajectory, found.pairs),
                 mark=f'<span class="mark mark{number}"></span>' if len(motions) > 1 else "",
-                note=OTHER_SCENE if own.obstacles != scene.obstacles else "",
+                note=other_scene(scene, own),
             )
         )
     title = f"{', '.join(name for name, _, _ in motions)}: humanoid_rail"

@@ -208,3 +208,56 @@ def test_a_scene_of_another_robot_is_refused(robot: Robot) -> None:
         pass
     with pytest.raises(InvalidInput, match="port"), serving(robot, SCENE, port=0):
         pass
+
+
+@pytest.mark.parametrize("host", ["", "nowhere.invalid", "203.0.113.7", "a" * 300])
+def test_an_address_that_is_not_of_this_machine_is_refused(robot: Robot, host: str) -> None:
+    with pytest.raises(InvalidInput, match="host"), serving(robot, SCENE, host=host, port=18100):
+        pass
+
+
+def test_a_port_that_is_taken_gives_way_to_the_next_one(robot: Robot) -> None:
+    with socket.create_server(("127.0.0.1", 65535)):
+        with serving(robot, SCENE, port=18100) as one, serving(robot, SCENE, port=18100) as two:
+            assert [live.url[-5:] for live in (one, two)] == ["18100", "18101"]
+        with pytest.raises(InvalidInput, match="port"), serving(robot, SCENE, port=65535):
+            pass
+
+
+def test_the_mode_in_the_panel_is_that_of_the_session(served: Live) -> None:
+    """Also where it changes by itself: a robot of other sizes is planned for."""
+    session, page = served.session, served.page
+    session.set_mode(Mode.FOLLOW)
+    wait_until(lambda: page.mode.value == "follow")
+    session.load_robot(load_robot)
+    assert session.mode is Mode.PLAN
+    wait_until(lambda: page.mode.value == "plan")
+
+
+@pytest.mark.parametrize("limits", [(0.001, 0.008), (-1e-5, 1e-5), (0.123456, 0.123456), (-0.523599, 3.665191)])
+def test_sliders_are_within_limits_however_narrow(limits: tuple[float, float]) -> None:
+    from humanoid_rail.live.page import slider_range
+
+    low, high, digits = slider_range(*limits)
+    assert limits[0] <= low <= high <= limits[1]
+    if limits[0] < limits[1]:
+        assert high - low > 0.9 * (limits[1] - limits[0])
+        assert 10.0**-digits <= min(0.01, 0.011 * (limits[1] - limits[0]))
+
+
+def test_a_robot_with_a_short_joint_is_shown() -> None:
+    links = "".join(f'<link name="{name}"/>' for name in ("base", "arm", "wrist"))
+    tip = '<link name="tip"><collision><geometry><sphere radius="0.05"/></geometry></collision></link>'
+    joints = "".join(
+        f'<joint name="{name}" type="prismatic"><parent link="{parent}"/><child link="{child}"/><origin xyz="0.2 0 0"/>'
+        f'<axis xyz="0 0 1"/><limit lower="{lower}" upper="{upper}" velocity="1" effort="1"/></joint>'
+        for name, parent, child, lower, upper in (
+            ("long", "base", "arm", -1.0, 1.0),
+            ("longer", "arm", "wrist", -1.0, 2.0),
+            ("short", "wrist", "tip", 0.001, 0.008),
+        )
+    )
+    short = load_robot(f'<robot name="short">{links}{tip}{joints}</robot>', hands={"tip": "tip"})
+    with serving(short, Scene(targets={"tip": (0.4, 0.0, 0.3)}), port=18110) as live:
+        wait_until(lambda: not live.session.is_planning)
+        assert live.session.plan is not None

@@ -13,13 +13,18 @@ from conftest import AHEAD, ROOT, PythonKinematics
 from humanoid_rail import (
     Auto,
     Box,
+    ConfigurationTask,
     Diagnosis,
     GradientProjection,
+    PointTask,
+    Problem,
+    RelativeTask,
     Remedy,
     Robot,
     SafeVelocity,
     Scene,
     Sphere,
+    Task,
     Trajectory,
     load_robot,
     load_scene,
@@ -27,6 +32,7 @@ from humanoid_rail import (
     plan,
     read_trajectory,
     retime,
+    solve,
     write_trajectory,
 )
 
@@ -203,6 +209,26 @@ def test_a_later_step_is_named(robot: Robot) -> None:
     assert trajectory.diagnosis.step == 1
     assert [miss.hand for miss in trajectory.diagnosis.misses] == ["left"]
     assert retime(trajectory).diagnosis == trajectory.diagnosis
+
+
+@pytest.mark.parametrize(
+    ("task", "said"),
+    [
+        (ConfigurationTask(("rail",), (12.0,)), "rail is at its upper limit of 9"),
+        (RelativeTask("left", "right", (0.0, 9.0, 0.0)), "is at its lower limit"),
+        (PointTask("left", (-1.6, 0.6, 30.0), (0.3, 0.0, 0.0)), "is at its"),
+    ],
+)
+def test_hands_without_a_target_of_their_own_are_not_said_to_be_there(robot: Robot, task: Task, said: str) -> None:
+    problem = Problem(robot=robot, scene=Scene(targets=AHEAD), tasks=(task,), start=robot.initial)
+    for method in (Auto(max_edge_checks=BUDGET), SafeVelocity()):
+        trajectory = solve(problem, method)
+        assert trajectory.diagnosis is not None
+        assert not trajectory.diagnosis.misses
+        assert "at their targets" not in trajectory.reason
+        assert "nearest miss: ;" not in trajectory.reason
+        if isinstance(method, Auto):
+            assert said in trajectory.diagnosis.miss
 
 
 def test_the_same_plan_has_the_same_diagnosis() -> None:

@@ -44,7 +44,7 @@ def test_the_nearest_miss_is_seen_with_what_blocks_it(robot: Robot, tmp_path: Pa
                 const find = path => playback.figures[0].find("miss", ...path.split("/"));
                 const at = (node, y) => root.position.clone().set(0, y, 0).applyMatrix4(node.matrixWorld)
                     .applyMatrix4(to).toArray();
-                const { joint, offset } = playback.page.hands[0], name = playback.page.joints[joint - 1].name;
+                const { joint, offset } = playback.page.hands[0], name = playback.page.joints[joint - 1].node;
                 const ghost = root.position.clone().fromArray(offset);
                 ghost.applyMatrix4(find(`ghost/${name}`).matrixWorld).applyMatrix4(to);
                 const line = find("lines/left/line/<object>");
