@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 ENGINE := $(wildcard engine/*.[hc]pp engine/*/*.[hc]pp)
 
 .DELETE_ON_ERROR:
-.PHONY: plan test lint docs docs-serve generate figures picture benchmark evaluation regression retiming certificates \
+.PHONY: plan test lint docs docs-serve generate figures picture benchmark evaluation motions regression retiming certificates \
 	distances views urdfs meshes robots gallery sanitize clean
 
 plan: $(VENV)/plan-installed
@@ -60,6 +60,10 @@ evaluation: $(VENV)/test-installed
 		--method 'ik + rrt-connect' --json out/evaluation.json --figure out/evaluation.png \
 		--table docs/benchmarks.md --results README.md
 	cp out/evaluation.png docs/evaluation.png
+
+# Motions by this checkout, by another in which `make plan` was run (BASE=its folder), by roboplan and by Drake: minutes.
+motions: $(VENV)/test-installed
+	$(BIN)/python -m benchmarks.compare_motions scenes/dev --base $(BASE) --json out/motions.json --table docs/benchmarks.md
 
 # Planning times and results compared with those of another checkout in which `make plan` was run: BASE=its folder.
 regression: $(VENV)/test-installed
