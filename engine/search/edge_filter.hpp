@@ -1,5 +1,5 @@
-// Whether a robot seems to keep its distance from everything on the edge between two configurations. An edge is sampled,
-// several configurations at once: far cheaper than a proof (edge_checker.hpp), and none.
+// Whether a robot seems to keep its distance from everything on the edge between two configurations. An edge is
+// sampled, several configurations at once: far cheaper than a proof (edge_checker.hpp), and none.
 #pragma once
 
 #include <unordered_map>

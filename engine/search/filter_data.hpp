@@ -12,9 +12,9 @@ constexpr int LANES = 8;
 struct FilterJoint {
   int parent = 0;
   bool slides = false;
-  float rotation[9] = {};     // Of its frame at 0 in the parent's, row by row.
-  float translation[3] = {};  // m
-  float offset = 0.0F;        // Its coordinate is this ...
+  float rotation[9] = {};            // Of its frame at 0 in the parent's, row by row.
+  float translation[3] = {};         // m
+  float offset = 0.0F;               // Its coordinate is this ...
   int first_term = 0, end_term = 0;  // ... and the sum of these.
 };
 
@@ -38,11 +38,11 @@ enum class FilterShape { ROUND, BOX, PLANE };
 // A piece of an obstacle, or a shape that covers it.
 struct FilterPiece {
   FilterShape shape = FilterShape::ROUND;
-  float middle[3] = {};     // Of a round or box, m.
-  float axis[3] = {};       // Of a round: half of its straight piece, m. Of a plane: its normal.
-  float rotation[9] = {};   // Of a box, row by row.
-  float half[3] = {};       // Of a box, half of its sides, m.
-  float radius = 0.0F;      // Of a round, m. Of a plane: its offset.
+  float middle[3] = {};    // Of a round or box, m.
+  float axis[3] = {};      // Of a round: half of its straight piece, m. Of a plane: its normal.
+  float rotation[9] = {};  // Of a box, row by row.
+  float half[3] = {};      // Of a box, half of its sides, m.
+  float radius = 0.0F;     // Of a round, m. Of a plane: its offset.
   bool exact = false;
 };
 
@@ -55,7 +55,7 @@ struct FilterPair {
 // Everything; arrays belong to whoever fills them in.
 struct FilterData {
   int n = 0, joints = 0, bodies = 0, pieces = 0, pairs = 0;
-  float distance = 0.0F;  // What bodies have to keep from obstacles, m.
+  float distance = 0.0F;               // What bodies have to keep from obstacles, m.
   const FilterJoint* joint = nullptr;  // Parents before children; the first one is the base.
   const FilterTerm* term = nullptr;
   const FilterBody* body = nullptr;

@@ -81,9 +81,8 @@ Sampled Sampler::connect(const Vector& start, const Rows& goals, const SearchBox
   const Rows valid = valid_goals(goals);
   if (valid.rows() == 0) return {};
   const SearchBox scaled{box.lower.cwiseQuotient(units_), box.upper.cwiseQuotient(units_)};
-  Growth growth =
-      rrt_connect(start.cwiseQuotient(units_), valid * units_.cwiseInverse().asDiagonal(), scaled, longest, random,
-                  is_free, [&] { return count.is_over(); });
+  Growth growth = rrt_connect(start.cwiseQuotient(units_), valid * units_.cwiseInverse().asDiagonal(), scaled, longest,
+                              random, is_free, [&] { return count.is_over(); });
   Sampled found;
   if (growth.path) {
     found.path = configurations(*growth.path);
@@ -137,7 +136,8 @@ std::optional<Rows> Sampler::around(const Vector& a, const Vector& b, Random& ra
   const Vector from = a.cwiseQuotient(units_), to = b.cwiseQuotient(units_);
   const double length = (to - from).norm();
   const Limits& limits = robot().limits;
-  const Vector margin = (limits.velocity.array() > 0.0).select(Vector::Constant(from.size(), REPAIR_MARGIN * length), 0);
+  const Vector margin =
+      (limits.velocity.array() > 0.0).select(Vector::Constant(from.size(), REPAIR_MARGIN * length), 0);
   const SearchBox box{(from.cwiseMin(to) - margin).cwiseMax(limits.lower.cwiseQuotient(units_)),
                       (from.cwiseMax(to) + margin).cwiseMin(limits.upper.cwiseQuotient(units_))};
   const long last = count.checks() + REPAIR_CHECKS;

@@ -9,7 +9,7 @@ namespace humanoid_rail {
 
 // What a call may spend.
 struct SearchEffort {
-  long max_checks = 0;    // Of edges, by filter and by proof together.
+  long max_checks = 0;        // Of edges, by filter and by proof together.
   double seconds = INFINITE;  // Then it is over.
 };
 

@@ -115,7 +115,8 @@ Rows shortened(const Rows& given, Random& random, const EdgeTest& is_free, const
   }
   leave_out(path, is_free);
   double before = INFINITE, now = length(path);
-  for (int pass = 0; pass < ROPE_PASSES && now < (1.0 - WORTH_A_PASS) * before && path.size() > 2 && !is_over(); ++pass) {
+  for (int pass = 0; pass < ROPE_PASSES && now < (1.0 - WORTH_A_PASS) * before && path.size() > 2 && !is_over();
+       ++pass) {
     tighten(path, is_free);
     leave_out(path, is_free);
     before = now;

@@ -37,7 +37,8 @@ def native_obstacles(obstacles: tuple[Obstacle, ...]) -> _engine.Obstacles:
         InvalidInput: If one of them is no obstacle.
         EngineMissing: If there is no native engine.
     """
-    return _made(_Identical(obstacles))
+    # Another tuple of what is no tuple: that may change.
+    return _made(_Identical(tuple(obstacles)))
 
 
 @lru_cache(maxsize=8)

@@ -1,13 +1,15 @@
 """Global planning where the local method gets stuck: the method `auto`.
 
-1. The safe velocity of `resolution/qp.py` is followed first. Where it arrives, it gives a path.
-2. Goals, configurations in which the tasks are done, are looked for by inverse kinematics from many starts. Of the
-   nearest, those are kept that the secondary objectives of eq. 4.9 prefer.
-3. Where the safe velocity did not arrive, RRT-Connect looks for paths to all of the goals at once (`rrt_connect.py`),
-   again and again with more checks and in a larger box: one long search fails more often than many short ones.
+1. The nearest of a few goals, configurations in which the tasks are done, is looked for by inverse kinematics. Where the
+   straight edge to it is valid, that is the path.
+2. More goals are looked for from many starts. Of the nearest, those are kept that the secondary objectives of eq. 4.9
+   prefer. RRT-Connect looks for paths to all of them at once (`sampler.py`), again and again with more checks and in a
+   larger box: one long search fails more often than many short ones.
+3. Where that fails, or the start is too near to something, the safe velocity of `resolution/qp.py` is followed. Where it
+   arrives, it gives a path; then the search goes on.
 4. The path is shortened, and others are tried while that may pay. The shortest one is smoothed (`smoothing.py`).
 
-Every edge that is sampled, shortened or rounded is proven to keep the safety distance (`collision/edge_checker.py`).
+Every edge of a path, sampled, shortened or rounded, is proven to keep the safety distance (`collision/edge_checker.py`).
 The steps of the safe velocity are proven free of contact, and keep the distance where they end.
 
 Budgets are numbers of edge checks, never seconds: a seed gives the same plan. `max_planning_time` cuts planning off.
@@ -39,8 +41,8 @@ from humanoid_rail.search.blocked_targets import blocked_target, targets_inside
 from humanoid_rail.search.exact_end import EXACT, error_at, error_left
 from humanoid_rail.search.goal_sampler import seeds
 from humanoid_rail.search.path_search import QP, PathSearch
-from humanoid_rail.search.sampler import Sampler
 from humanoid_rail.search.reachability import TimedOut, followed, out_of_reach
+from humanoid_rail.search.sampler import Sampler
 from humanoid_rail.search.smoothing import round_corners, time_path
 
 STEP = 0.05
