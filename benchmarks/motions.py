@@ -161,12 +161,12 @@ def make_rows(outcomes: Sequence[Outcome]) -> list[Row]:
     groups = [(family, {family}) for family in families]
     if len(families) > 1:
         groups.append((ALL, set(families)))
-    methods = [method for method in EVERY if any(outcome.method == method for outcome in outcomes)]
-    return [
-        make_row(name, method, [outcome for outcome in outcomes if outcome.family in members])
-        for name, members in groups
-        for method in methods
-    ]
+    rows = []
+    for name, members in groups:
+        some = [outcome for outcome in outcomes if outcome.family in members]
+        methods = {outcome.method for outcome in some}
+        rows += [make_row(name, method, some) for method in EVERY if method in methods]
+    return rows
 
 
 def make_row(family: str, method: str, outcomes: Sequence[Outcome]) -> Row:
