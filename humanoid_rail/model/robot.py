@@ -120,8 +120,12 @@ class Robot(FrozenArrays):
 
     @cached_property
     def links_without_body(self) -> tuple[str, ...]:
-        """Links that are visible or have a mass, and no collision body: nothing is known of what they touch."""
-        return links_without_body(read_urdf(self.urdf), self.link_names)
+        """Links that are visible or have a mass, and no collision body: nothing is known of what they touch.
+
+        Hands come first, then what is seen reaching farthest, last what no joint moves.
+        """
+        fixed = {frame.name for frame in self.model.frames if frame.parentJoint == 0}
+        return links_without_body(read_urdf(self.urdf), self.link_names, {hand.frame for hand in self.hands}, fixed)
 
     @cached_property
     def arm_reaches(self) -> tuple[float, ...]:
