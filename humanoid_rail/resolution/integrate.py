@@ -53,11 +53,17 @@ class Settings:
     """Longest motion of all segments together, s; `max_time` if there is one segment."""
     max_planning_time_of_all: float | None = None
     """How long planning all segments may take, s; `max_planning_time` if there is one segment."""
+    begun: float = 0.0
+    """When the motion begins, as a segment of a longer one, s: times in reasons count from the start of that."""
 
     @property
     def time_option(self) -> str:
         """The option that limits the time of the motion, with its value."""
         return f"max_time = {self.max_time_of_all or self.max_time:g} s"
+
+    def at(self, t: float) -> str:
+        """Say when something is, after a time in s of this motion."""
+        return f"t = {self.begun + t:.4g} s"
 
     @property
     def planning_time_option(self) -> str:
@@ -198,7 +204,7 @@ def explain(status: Status, end: float, left: float, evaluations: int, settings:
         settings: Tolerance and longest motion.
         broken: Why the integrator could not go on, if that is how it ended.
     """
-    where = f"|e| is {left:.4g} m at t = {end:.4g} s"
+    where = f"|e| is {left:.4g} m at {settings.at(end)}"
     match status:
         case Status.REACHED if evaluations == 0:
             return f"the hands start within tolerance = {settings.tolerance:g} m of their targets"

@@ -8,6 +8,7 @@ proven of it is proven of the motion that a robot makes. The native engine does 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.collision.certificate import Contact
@@ -73,14 +74,14 @@ def explain_rollout(
         settings: Tolerance and longest motion.
         contact: What runs into the robot and when, if something does.
     """
-    where = f"|e| is {left:.4g} m at t = {end:.4g} s"
+    where = f"|e| is {left:.4g} m at {settings.at(end)}"
     match status:
         case Status.STALLED:
             return f"{where}: no velocity that keeps clear and within the limits brings the hands nearer"
         case Status.PLANNING_TIMEOUT:
             return f"{where}, where planning was cut off by {settings.planning_time_option}"
         case Status.OVERRUN if contact is not None:
-            return f"{where}, and even standing still {contact}"
+            return f"{where}, and even standing still {replace(contact, t=settings.begun + contact.t)}"
         case Status.OVERRUN:
             return f"{where}, and neither a step nor standing still can be shown to be free of contact"
         case _:  # the others end an integration too

@@ -167,9 +167,9 @@ def follow(problem: Problem, found: PathResult, settings: Settings) -> Integrati
         t, q = t[t <= settings.max_time], q[t <= settings.max_time]
     elif (left := error_at(problem, q[-1], float(t[-1]))) > settings.tolerance:
         status = Status.STUCK
-        reason = f"|e| is {left:.3g} m at t = {t[-1]:.4g} s: goals are looked for at t = 0, and tasks depend on time"
+        reason = f"|e| is {left:.3g} m at {settings.at(t[-1])}: goals are looked for at t = 0, and tasks depend on time"
     else:
-        reason = f"{reason or error_left(left, settings.tolerance)} at t = {t[-1]:.4g} s"
+        reason = f"{reason or error_left(left, settings.tolerance)} at {settings.at(t[-1])}"
     return Integration(t, q, status, reason, found.evaluations, sampled(t, q))
 
 
