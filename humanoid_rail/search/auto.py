@@ -143,14 +143,7 @@ def find_path(
         inside = [] if search.known else list(targets_inside(problem.tasks, problem.obstacles))
         return replace(result, reason="; ".join([result.reason, *inside]))
     path, checker = _smoothed(problem, search, motion.q[:first], least)
-    return replace(
-        result,
-        status=Status.REACHED,
-        reason="",
-        path=path,
-        checker=checker,
-        found_by=search.found_by,
-    )
+    return replace(result, status=Status.REACHED, reason="", path=path, checker=checker, found_by=search.found_by)
 
 
 def follow(problem: Problem, found: PathResult, settings: Settings) -> Integration:
