@@ -36,8 +36,9 @@ from humanoid_rail.resolution.rollout import rollout
 from humanoid_rail.result import Search, Status
 from humanoid_rail.scene.obstacles import at_rest
 from humanoid_rail.scene.scene import Scene
-from humanoid_rail.search.auto import Budget, as_far_as_qp, find_path, follow
+from humanoid_rail.search.auto import Budget, find_path
 from humanoid_rail.search.exact_end import EXACT, led_on
+from humanoid_rail.search.path_result import as_far_as_qp, follow
 from humanoid_rail.search.reachability import followed, followed_gains, turning
 
 LARGEST_SEED = 2**31 - 1
@@ -177,7 +178,7 @@ class Auto(SafeOptions):
             return Planned(follow(problem, found, settings), found.found_by, search)
         # What is left of the time, which is little where that is why there is no path.
         rest = replace(settings, max_planning_time=max(left - (time.perf_counter() - started), 0.0))
-        motion = as_far_as_qp(found, rollout(problem.native, problem.q, tasks, gains, self.safety, rest))
+        motion = as_far_as_qp(found, rollout(problem.native, problem.q, tasks, gains, self.safety, rest), rest)
         if len(tasks) == len(problem.tasks):
             motion = led_on(problem, motion, self.safety_distance, settings)
         elif motion.status is Status.REACHED:

@@ -178,8 +178,8 @@ class Options:
 
     def _settings(self, moved: float = 0.0, **more: float) -> Settings:
         given = {"rtol": 1.0, "atol": 1.0, **more}
-        left = self.max_time - moved
-        return Settings(tolerance=self.tolerance, dt=self.dt, max_time=left, max_time_of_all=self.max_time, **given)
+        times = {"max_time": self.max_time - moved, "max_time_of_all": self.max_time, "begun": moved}
+        return Settings(tolerance=self.tolerance, dt=self.dt, **times, **given)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,15 +1,16 @@
 """Global planning where the local method gets stuck: the method `auto`.
 
-1. The nearest of a few goals, configurations in which the tasks are done, is looked for by inverse kinematics. Where the
-   straight edge to it is valid, that is the path.
+1. The nearest of a few goals, configurations in which the tasks are done, is looked for by inverse kinematics. Where
+   the straight edge to it is valid, that is the path.
 2. More goals are looked for from many starts. Of the nearest, those are kept that the secondary objectives of eq. 4.9
    prefer. RRT-Connect looks for paths to all of them at once (`sampler.py`), again and again with more checks and in a
    larger box: one long search fails more often than many short ones.
-3. Where that fails, or the start is too near to something, the safe velocity of `resolution/qp.py` is followed. Where it
-   arrives, it gives a path; then the search goes on.
+3. Where that fails, or the start is too near to something, the safe velocity of `resolution/qp.py` is followed. Where
+   it arrives, it gives a path; then the search goes on.
 4. The path is shortened, and others are tried while that may pay. The shortest one is smoothed (`smoothing.py`).
 
-Every edge of a path, sampled, shortened or rounded, is proven to keep the safety distance (`collision/edge_checker.py`).
+Every edge of a path, sampled, shortened or rounded, is proven to keep the safety distance
+(`collision/edge_checker.py`).
 The steps of the safe velocity are proven free of contact, and keep the distance where they end.
 
 Budgets are numbers of edge checks, never seconds: a seed gives the same plan. `max_planning_time` cuts planning off.
@@ -25,9 +26,7 @@ import numpy as np
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.collision.edge_checker import EdgeChecker
-from humanoid_rail.errors import told_apart
 from humanoid_rail.kinematics.inverse_kinematics import InverseKinematics
-from humanoid_rail.kinematics.joint_limits import sampled
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.task_stack import count_rows
 from humanoid_rail.model.pair_distances import own_distances
@@ -38,12 +37,13 @@ from humanoid_rail.resolution.rollout import rollout
 from humanoid_rail.resolution.velocity import Gains, penalty
 from humanoid_rail.result import Status
 from humanoid_rail.search.blocked_targets import blocked_target, targets_inside
-from humanoid_rail.search.exact_end import EXACT, error_at, error_left
+from humanoid_rail.search.exact_end import EXACT, error_at
 from humanoid_rail.search.goal_sampler import seeds
+from humanoid_rail.search.path_result import PathResult
 from humanoid_rail.search.path_search import QP, PathSearch
 from humanoid_rail.search.reachability import TimedOut, followed, out_of_reach
 from humanoid_rail.search.sampler import Sampler
-from humanoid_rail.search.smoothing import round_corners, time_path
+from humanoid_rail.search.smoothing import round_corners
 
 STEP = 0.05
 """The safe velocity is held for this long, in time constants 1 / max(K): only its path matters."""
@@ -69,32 +69,6 @@ class Budget:
     """The most edges to check; what is found depends on it."""
     random: np.random.Generator
     """The random numbers of goals and paths."""
-
-
-@dataclass(frozen=True, eq=False)
-class PathResult:
-    """A path to the targets, or the reason why there is none."""
-
-    status: Status
-    reason: str
-    evaluations: int
-    """Number of evaluations of q_dot of the safe velocity."""
-    path: Array | None = None
-    """Configurations (K, n), m and rad; None if there is no path."""
-    checker: EdgeChecker | None = None
-    """Checks the edges of a motion along the path."""
-    found_by: str = ""
-    """`qp`, `straight line` or `rrt-connect`; empty if there is no path."""
-    raw: Array | None = None
-    """The first path of the sampling planner (K, n), as it was; None if that was not needed."""
-    goals: int = 0
-    """The number of goals to choose from."""
-    checks: int = 0
-    """The number of edges that were checked."""
-    searches: int = 0
-    """The number of times the sampling planner was started."""
-    explored: Array | None = None
-    """Configurations (K, n) to which the last sampling has paths from the start; None where a path was found."""
 
 
 def find_path(
@@ -183,39 +157,6 @@ def _found(problem: Problem, search: PathSearch, evaluations: int, beginning: Ar
         checker=checker,
         found_by=search.found_by,
     )
-
-
-def follow(problem: Problem, found: PathResult, settings: Settings) -> Integration:
-    """Return the motion along a path, sampled: as fast as the speed limits allow, slower where it turns."""
-    assert found.path is not None
-    status, reason = found.status, found.reason
-    t, q = time_path(
-        problem.robot, found.path, settings.dt, found.checker.is_edge_valid if found.checker is not None else None
-    )
-    if t[-1] > settings.max_time:
-        status = Status.TIME_LIMIT
-        taken = told_apart(float(t[-1]), settings.max_time, 4)
-        reason = f"the path that was found takes {taken} s, longer than what {settings.time_option} leaves"
-        t, q = t[t <= settings.max_time], q[t <= settings.max_time]
-    elif (left := error_at(problem, q[-1], float(t[-1]))) > settings.tolerance:
-        status = Status.STUCK
-        reason = f"|e| is {left:.3g} m at t = {t[-1]:.4g} s: goals are looked for at t = 0, and tasks depend on time"
-    else:
-        reason = f"{reason or error_left(left, settings.tolerance)} at t = {t[-1]:.4g} s"
-    return Integration(t, q, status, reason, found.evaluations, sampled(t, q))
-
-
-def as_far_as_qp(found: PathResult, motion: Integration) -> Integration:
-    """Return the motion of the safe velocity where no path was found, with the reason for that.
-
-    Args:
-        found: What became of the search.
-        motion: What the safe velocity does in steps of dt; where it arrives, that is the plan.
-    """
-    if motion.status is Status.REACHED:
-        return motion
-    reached = motion.reason.split(":")[0]
-    return replace(motion, status=found.status, reason=f"{found.reason}; as far as qp gets, {reached}")
 
 
 def _has_arrived(problem: Problem, motion: Integration) -> bool:

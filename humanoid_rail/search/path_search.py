@@ -177,14 +177,14 @@ class PathSearch:
         Args:
             budget: The most edges to check, with those before; the whole budget if not given.
         """
-        most, spent = self.max_edge_checks if budget is None else min(budget, self.max_edge_checks), 0
+        most = self.max_edge_checks if budget is None else min(budget, self.max_edge_checks)
         if self.best is None and self.inexact is not None:
-            self._sample(min(LEAST_EFFORT, most), 0)
+            self._sample(min(self.checks + LEAST_EFFORT, most), 0)
             if self.best is not None:
                 return
             self.consider(*self.inexact)
-            self.goals, spent = [self.inexact[1][-1]], self.checks
-        self._sample(most, spent + EFFORT_AFTER_QP)
+            self.goals = [self.inexact[1][-1]]
+        self._sample(most, self.checks + EFFORT_AFTER_QP)
 
     def _sample(self, budget: float, effort: float) -> None:
         """Look for paths until there is one or so many edges are checked, and then for shorter ones.
