@@ -20,7 +20,7 @@ from humanoid_rail.kinematics.task import Task
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.search.sampler import Sampler
 
-SEEDS = 16
+SEEDS = 10
 """Goals are looked for from this many starts of the inverse kinematics."""
 FEW_SEEDS = 4
 """A straight edge is looked for to the nearest of the goals from this many starts before others are looked for."""
@@ -32,7 +32,7 @@ MAX_SEEDS = 4096
 """Goals are looked for from up to this many starts if none leads to one."""
 NEAREST = 8
 """The goals to choose from are this many, those nearest to the start."""
-GOALS = 4
+GOALS = 3
 """The search goes to this many goals at once."""
 FIRST_CHECKS = 600
 """The first search of RRT-Connect may check this many edges."""
@@ -50,9 +50,9 @@ GOOD = 1.05
 """A path is short enough if it is no longer than this, in units of the distance to the nearest goal."""
 EFFORT_AFTER_QP = 250
 """This many edge checks are spent on a shorter path than that of the safe velocity."""
-EFFORT = 10.0
+EFFORT = 6.0
 """A shorter path than the first sampled one is looked for with this many times the checks that one took."""
-LEAST_EFFORT = 1500
+LEAST_EFFORT = 500
 """At least this many edge checks are spent on a shorter path than the first sampled one."""
 MOST_EFFORT = 8000
 """At most this many edge checks are spent on a shorter path than the first sampled one."""
