@@ -91,7 +91,8 @@ def find_path(
     deadline = time.perf_counter() + searching
     distance = safety.safety_distance + SPARE
     search = None
-    if _clearance(problem.native, problem.q) >= distance:
+    # Objectives of the user shape the safe velocity: it is followed first where there are some.
+    if not gains.objectives and _clearance(problem.native, problem.q) >= distance:
         search = _search(problem, problem.q, distance, settings, budget, deadline)
         search.go_to_nearest()
         if search.best is None:
