@@ -48,6 +48,8 @@ MOST_REMEDIES = 4
 """So many remedies are looked for."""
 BY_AUTO = " (auto finds a plan then)"
 """Of other methods it is said that it was `auto` that tried out what would help."""
+CLEAR = ", which keeps the safety distance too"
+"""This is said of how far targets are moved."""
 UNTRIED = "; what would help is not looked for among obstacles that move"
 """A remedy is tried out by configurations at the targets that are clear of everything, and by paths to them. Among
 moving obstacles a configuration is clear at its own time alone, and nothing searches for paths in time."""
@@ -95,7 +97,8 @@ def in_one_line(diagnosis: Diagnosis, method: PlanningMethod, obstacles: Sequenc
     untried = "" if at_rest(obstacles) else UNTRIED
     if diagnosis.found_by == "motion" and not diagnosis.blocking and not diagnosis.remedies:
         return untried
-    said = f"; nearest miss: {diagnosis.miss}" if diagnosis.miss else ""
+    at_once = " with all hands at once" if diagnosis.found_by == "reach" and len(diagnosis.misses) > 1 else ""
+    said = f"; nearest miss{at_once}: {diagnosis.miss}" if diagnosis.miss else ""
     if not diagnosis.remedies:
         return said + untried
     remedy = diagnosis.remedies[0]
@@ -115,7 +118,7 @@ def _without_goal(unreached: Unreached, probe: Probe, best: Array) -> Diagnosis:
     if found is not None:
         moved, q = found
         by = "posture"
-        remedies.append(targets_moved(probe, tasks, moved))
+        remedies.append(targets_moved(probe, tasks, moved, CLEAR if probe.has_distance else ""))
     there = probe.solve(q, tasks, -np.inf)
     pairs = blocking_pairs(problem.native, q, there.q, probe.kept) if there.reached else ()
     remedies += [

@@ -177,7 +177,7 @@ class Auto(SafeOptions):
             return Planned(follow(problem, found, settings), found.found_by, search)
         # What is left of the time, which is little where that is why there is no path.
         rest = replace(settings, max_planning_time=max(left - (time.perf_counter() - started), 0.0))
-        motion = as_far_as_qp(found, rollout(problem.native, problem.q, tasks, gains, self.safety, rest))
+        motion = as_far_as_qp(found, rollout(problem.native, problem.q, tasks, gains, self.safety, rest), rest)
         if len(tasks) == len(problem.tasks):
             motion = led_on(problem, motion, self.safety_distance, settings)
         elif motion.status is Status.REACHED:

@@ -143,14 +143,7 @@ def find_path(
         inside = [] if search.known else list(targets_inside(problem.tasks, problem.obstacles))
         return replace(result, reason="; ".join([result.reason, *inside]))
     path, checker = _smoothed(problem, search, motion.q[:first], least)
-    return replace(
-        result,
-        status=Status.REACHED,
-        reason="",
-        path=path,
-        checker=checker,
-        found_by=search.found_by,
-    )
+    return replace(result, status=Status.REACHED, reason="", path=path, checker=checker, found_by=search.found_by)
 
 
 def follow(problem: Problem, found: PathResult, settings: Settings) -> Integration:
@@ -173,17 +166,18 @@ def follow(problem: Problem, found: PathResult, settings: Settings) -> Integrati
     return Integration(t, q, status, reason, found.evaluations, sampled(t, q))
 
 
-def as_far_as_qp(found: PathResult, motion: Integration) -> Integration:
+def as_far_as_qp(found: PathResult, motion: Integration, settings: Settings) -> Integration:
     """Return the motion of the safe velocity where no path was found, with the reason for that.
 
     Args:
         found: What became of the search.
         motion: What the safe velocity does in steps of dt; where it arrives, that is the plan.
+        settings: When it begins.
     """
     if motion.status is Status.REACHED:
         return motion
-    reached = motion.reason.split(":")[0]
-    return replace(motion, status=found.status, reason=f"{found.reason}; as far as qp gets, {reached}")
+    reason = f"{found.reason}; the motion is as far as qp gets, until {settings.at(motion.t[-1])}"
+    return replace(motion, status=found.status, reason=reason)
 
 
 def _has_arrived(problem: Problem, motion: Integration) -> bool:
