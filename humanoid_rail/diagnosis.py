@@ -114,6 +114,18 @@ class Diagnosis:
         return data
 
 
+MISS, HELPS = "nearest miss", "what would help"
+"""The clauses of a reason begin so that a diagnosis says in full."""
+
+
+def besides(reason: str, diagnosis: Diagnosis | None) -> tuple[str, ...]:
+    """Return the clauses of a reason that a diagnosis does not say: the first one says what happened."""
+    clauses = reason.split("; ")
+    if diagnosis is None:
+        return (reason,)
+    return tuple(clause for clause in clauses if not clause.startswith((MISS, HELPS)))
+
+
 def length(value: float) -> str:
     """Return a length in m with three digits, or whole metres where it is long."""
     return f"{value:.3g}" if value < 100.0 else f"{value:.0f}"

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from humanoid_rail._arrays import Array
 from humanoid_rail.cli.console import console
 from humanoid_rail.collision.certificate import Certificate
-from humanoid_rail.diagnosis import TRIED, Diagnosis
+from humanoid_rail.diagnosis import TRIED, Diagnosis, besides
 from humanoid_rail.errors import told_apart
 from humanoid_rail.kinematics.joint_limits import Violation
 from humanoid_rail.kinematics.path_metric import PathQuality
@@ -28,7 +28,7 @@ def report_plan(title: str, trajectory: Trajectory) -> None:
     """Print a short table of what came of a plan."""
     certificate = trajectory.certificate
     rows = [
-        ("status", f"{trajectory.status}: {trajectory.reason}"),
+        ("status", f"{trajectory.status}: {'; '.join(besides(trajectory.reason, trajectory.diagnosis))}"),
         *_diagnosis(trajectory.diagnosis),
         (f"certified{_as_far(trajectory)}", _certified(certificate, float(trajectory.t[0]), float(trajectory.t[-1]))),
         *_limits(trajectory),
@@ -79,9 +79,11 @@ def _as_far(trajectory: Trajectory) -> str:
 
 
 def _diagnosis(diagnosis: Diagnosis | None) -> Iterator[tuple[str, str]]:
-    """Say what blocks a plan that failed, and all that would help."""
+    """Say how near a plan that failed gets, what blocks it, and all that would help."""
     if diagnosis is None:
         return
+    if diagnosis.miss:
+        yield "nearest miss", diagnosis.miss
     pairs = [f"{pair.link} and {pair.other}, {_apart(pair.beyond)}" for pair in diagnosis.blocking]
     for number, pair in enumerate(pairs):
         yield "" if number else "blocked where it would go on", pair

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from humanoid_rail._arrays import Array, triple
-from humanoid_rail.diagnosis import BlockingPair, Diagnosis, Miss, Remedy
+from humanoid_rail.diagnosis import HELPS, MISS, BlockingPair, Diagnosis, Miss, Remedy
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.task import Task
 from humanoid_rail.kinematics.task_stack import stack_error
@@ -50,7 +50,7 @@ BY_AUTO = " (auto finds a plan then)"
 """Of other methods it is said that it was `auto` that tried out what would help."""
 CLEAR = ", which keeps the safety distance too"
 """This is said of how far targets are moved."""
-UNTRIED = "; what would help is not looked for among obstacles that move"
+UNTRIED = f"; {HELPS} is not looked for among obstacles that move"
 """A remedy is tried out by configurations at the targets that are clear of everything, and by paths to them. Among
 moving obstacles a configuration is clear at its own time alone, and nothing searches for paths in time."""
 
@@ -98,12 +98,12 @@ def in_one_line(diagnosis: Diagnosis, method: PlanningMethod, obstacles: Sequenc
     if diagnosis.found_by == "motion" and not diagnosis.blocking and not diagnosis.remedies:
         return untried
     at_once = " with all hands at once" if diagnosis.found_by == "reach" and len(diagnosis.misses) > 1 else ""
-    said = f"; nearest miss{at_once}: {diagnosis.miss}" if diagnosis.miss else ""
+    said = f"; {MISS}{at_once}: {diagnosis.miss}" if diagnosis.miss else ""
     if not diagnosis.remedies:
         return said + untried
     remedy = diagnosis.remedies[0]
     by_another = not isinstance(method, Auto) and remedy.proven == PLANNED and remedy.what != USE_AUTO
-    return f"{said}; what would help: {remedy.what}{BY_AUTO if by_another else ''}"
+    return f"{said}; {HELPS}: {remedy.what}{BY_AUTO if by_another else ''}"
 
 
 CUT_OFF = (Status.PLANNING_TIMEOUT, Status.TIME_LIMIT, Status.OVERRUN, Status.UNCERTIFIED)

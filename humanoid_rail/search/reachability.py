@@ -128,7 +128,7 @@ def _too_far(judge: _Reach, tasks: Sequence[Task], together: float, tolerance: f
         if error
     ]
     if far:
-        hint = "; given in millimetres?" if max(error for _, error in far) > MILLIMETRES else ""
+        hint = ", given in millimetres?" if max(error for _, error in far) > MILLIMETRES else ""
         alone = "" if len(tasks) == 1 else "by itself, " if len(far) == 1 else "each by itself, "
         return alone + ", and ".join(said for said, _ in far) + hint
     hands = [task.hand for task in tasks if isinstance(task, PointTask)]

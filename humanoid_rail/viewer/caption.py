@@ -6,6 +6,7 @@ import html
 from collections.abc import Sequence
 
 from humanoid_rail.collision.certificate import Certificate
+from humanoid_rail.diagnosis import besides
 from humanoid_rail.result import Status
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.trajectory import Trajectory
@@ -43,7 +44,7 @@ def caption(name: str, trajectory: Trajectory, closest: Sequence[Closest], *, ma
         method += f", retimed at {retiming.speed:.0%} of the speed limits"
     pairs = "; ".join(f"{pair.link} \u2013 {pair.other}, {pair.distance:.3f} m at {pair.t:.2f} s" for pair in closest)
     lines = [note, f"closest: {pairs}" if pairs else ""]
-    why = "" if reached else f'<p class="why">{html.escape(trajectory.reason)}</p>'
+    why = "" if reached else _why(trajectory)
     said = "".join(f'<span class="chip {"good" if good else "bad"}">{html.escape(text)}</span>' for good, text in chips)
     below = why + "".join(f"<p>{html.escape(line)}</p>" for line in lines if line)
     below += "" if certificate is None else _left_out(certificate)
@@ -86,6 +87,13 @@ def _proof(certificate: Certificate | None) -> str:
     contact = certificate.contact
     found = f"{contact.link} touches {contact.other} at {contact.t:.2f} s" if contact else certificate.reason
     return "not certified" + (f": {found}" if found else "")
+
+
+def _why(trajectory: Trajectory) -> str:
+    """Return why a motion did not reach its targets: what a panel says beside is seen when the caption is opened."""
+    first = besides(trajectory.reason, trajectory.diagnosis)[0]
+    rest = trajectory.reason.removeprefix(first)
+    return f'<p class="why">{html.escape(first)}<span class="all">{html.escape(rest)}</span></p>'
 
 
 def _left_out(certificate: Certificate) -> str:

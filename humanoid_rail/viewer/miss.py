@@ -13,7 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 from humanoid_rail._arrays import Array
-from humanoid_rail.diagnosis import TRIED, Diagnosis, length
+from humanoid_rail.diagnosis import TRIED, Diagnosis, besides, length
 from humanoid_rail.model.robot import Robot, called
 from humanoid_rail.scene.obstacles import HalfSpace, moved
 from humanoid_rail.scene.scene import Scene
@@ -96,11 +96,12 @@ def miss_data(found: Diagnosis | None) -> dict[str, Any] | None:
     }
 
 
-def miss_panel(name: str, found: Diagnosis) -> str:
-    """Return what a page says of a plan that failed, as HTML: how near it gets, what blocks, and what would help.
+def miss_panel(name: str, reason: str, found: Diagnosis) -> str:
+    """Return what a page says of a plan that failed, as HTML: how near it gets, what would help, and what blocks.
 
     Args:
         name: A heading.
+        reason: The reason of the plan; its first clause is in the caption.
         found: Why it failed.
     """
     hands = [f"{called(m.hand)} stays {length(m.distance)} m away" for m in found.misses if m.distance > SHORTEST]
@@ -108,8 +109,9 @@ def miss_panel(name: str, found: Diagnosis) -> str:
     helps = [f"{remedy.what} ({TRIED[remedy.proven]})" for remedy in found.remedies]
     parts = [
         ("Nearest miss", [*hands, FOUND[found.found_by]]),
-        ("What blocks, where it would have to go on", [*pairs, *found.limits]),
         ("What would help", helps or ["nothing that was tried"]),
+        ("What blocks, where it would have to go on", [*pairs, *found.limits]),
+        ("Besides", besides(reason, found)[1:]),
     ]
     lists = "".join(
         f"<h3>{title}</h3><ul>{''.join(f'<li>{html.escape(line)}</li>' for line in lines)}</ul>"

@@ -80,7 +80,8 @@ def motions_html(robot: Robot, motions: Sequence[tuple[str, Scene, Trajectory]])
         draw_miss(world[f"motion{number}/miss"], robot, own, visuals, trajectory)
         data["motions"].append({**motion_data(name, trajectory, found), "miss": miss_data(trajectory.diagnosis)})
         if trajectory.diagnosis is not None:
-            panels.append(miss_panel("Why it failed" if len(motions) == 1 else name, trajectory.diagnosis))
+            heading = "Why it failed" if len(motions) == 1 else name
+            panels.append(miss_panel(heading, trajectory.reason, trajectory.diagnosis))
         captions.append(
             caption(
                 name,
