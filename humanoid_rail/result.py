@@ -14,6 +14,8 @@ from humanoid_rail.kinematics.path_metric import PathQuality
 
 MAX_SAMPLES = 1_000_000
 """A trajectory has at most this many samples."""
+SO_FAR = ", as far as the motion goes"
+"""This is added to what is proven of a motion that ends before its targets."""
 
 
 class Status(StrEnum):

@@ -13,7 +13,7 @@ from humanoid_rail.errors import told_apart
 from humanoid_rail.kinematics.joint_limits import Violation
 from humanoid_rail.kinematics.path_metric import PathQuality
 from humanoid_rail.model.pairs import NEITHER_MOVES, UncheckedPair
-from humanoid_rail.result import Status
+from humanoid_rail.result import SO_FAR, Status
 from humanoid_rail.trajectory import Trajectory
 
 NO_ENGINE = "nothing can be proven without the native engine"
@@ -75,7 +75,7 @@ def _time(seconds: float) -> str:
 
 def _as_far(trajectory: Trajectory) -> str:
     """Return what is added to the proofs of a motion that ends before its targets."""
-    return "" if trajectory.status is Status.REACHED else ", as far as the motion goes"
+    return "" if trajectory.status is Status.REACHED else SO_FAR
 
 
 def _diagnosis(diagnosis: Diagnosis | None) -> Iterator[tuple[str, str]]:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from humanoid_rail.collision.certificate import Certificate
 from humanoid_rail.diagnosis import besides
-from humanoid_rail.result import Status
+from humanoid_rail.result import SO_FAR, Status
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.trajectory import Trajectory
 from humanoid_rail.viewer.closest_pairs import Closest
@@ -30,11 +30,11 @@ def caption(name: str, trajectory: Trajectory, closest: Sequence[Closest], *, ma
         note: A line of its own.
     """
     reached = trajectory.status is Status.REACHED
-    status = trajectory.status.replace("_", " ")
+    status, lasts = trajectory.status.replace("_", " "), f"{trajectory.duration:.2f} s"
     certificate, provenance = trajectory.certificate, trajectory.provenance
     chips = [
-        (reached, f"{status} {'in' if reached else 'after'} {trajectory.duration:.2f} s"),
-        (trajectory.certified, _proof(certificate)),
+        (reached, f"reached in {lasts}" if reached else f"not reached: {status}; the motion ends at {lasts}"),
+        (trajectory.certified, _proof(certificate) + (SO_FAR if trajectory.certified and not reached else "")),
         (trajectory.limits_ok, "within limits" if trajectory.limits_ok else "beyond joint limits"),
     ]
     method = trajectory.method.name

@@ -28,6 +28,7 @@ from humanoid_rail import (
     Sphere,
     Trajectory,
     load_scene,
+    paper_scene,
     plan_case,
     read_plan,
     view,
@@ -220,6 +221,11 @@ def test_no_page_shows_a_certificate_of_another_scene(robot: Robot, scene: Scene
 
 def test_the_page_says_why_there_is_no_path(robot: Robot) -> None:
     scene = load_scene(ROOT / "scenes" / "unsolvable" / "target_in_collision-1.yaml")
-    page = playback_html(robot, scene, plan(robot, scene))
-    assert "target in collision after" in page
+    trajectory = plan(robot, scene)
+    page = playback_html(robot, scene, trajectory)
+    assert f">not reached: target in collision; the motion ends at {trajectory.duration:.2f} s<" in page
+    assert ">certified free of contact, as far as the motion goes<" in page
+    reached = playback_html(robot, paper_scene(), plan_case(robot, 3, dt=0.1))
+    assert ">certified free of contact<" in reached
+    assert ">reached in 6." in reached
     assert "the left hand at its target would be 0.35 m inside obstacles[0] (ball)" in page
