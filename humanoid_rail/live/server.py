@@ -11,6 +11,7 @@ from contextlib import contextmanager, suppress
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, NamedTuple
 
+from humanoid_rail._called import pip_install
 from humanoid_rail._signals import END_ASKED, interruptible
 from humanoid_rail.errors import HumanoidRailError, InvalidInput, checked_number
 from humanoid_rail.live.session import Session
@@ -60,7 +61,7 @@ def serving(robot: Robot, scene: Scene, *, host: str = LOOPBACK, port: int = 808
         HumanoidRailError: If viser is not installed.
     """
     if find_spec("viser") is None:
-        raise HumanoidRailError("the live page needs viser: pip install 'humanoid_rail[live]'")
+        raise HumanoidRailError(f"the live page needs viser: {pip_install('humanoid_rail[live]')}")
     checked_number("port", port, least=1, most=LAST_PORT)
     port = free_port(host, port)
     session = Session(World.of(robot, scene))
