@@ -174,7 +174,7 @@ def _show(
     written = [] if out is None else _keep(robot, scene, trajectory, out, page)
     report_plan(title, trajectory)
     if out is not None:
-        console().print(f"Written to {out}: {files_said([Path(f.name) for f in written], out)}", soft_wrap=True)
+        console().print(f"Written to {out}: {files_said([Path(f.name) for f in written])}", soft_wrap=True)
     if view is None:
         view = sys.stdout.isatty() and has_display()
         if not view:

@@ -20,8 +20,9 @@ NO_ENGINE = "nothing can be proven without the native engine"
 """This is said of a motion that has no certificate."""
 SMALL = 1e-3
 """Lengths below this are printed in mm, m."""
-MOST_NAMES = 12
-"""A row of a table names this many pairs or links; of more it says how many there are."""
+FIRST_LINKS, FIRST_PAIRS, FIRST_BLOCKING = 4, 1, 3
+"""A table names so many links without a body, pairs that are not checked and pairs that block; of more it says how many
+there are. summary.json has all of them."""
 
 
 def report_plan(title: str, trajectory: Trajectory) -> None:
@@ -30,7 +31,7 @@ def report_plan(title: str, trajectory: Trajectory) -> None:
     rows = [
         ("status", f"{trajectory.status}: {'; '.join(besides(trajectory.reason, trajectory.diagnosis))}"),
         *_diagnosis(trajectory.diagnosis),
-        (f"certified{_as_far(trajectory)}", _certified(certificate, float(trajectory.t[0]), float(trajectory.t[-1]))),
+        ("certified", _certified(certificate, float(trajectory.t[0]), float(trajectory.t[-1]), _as_far(trajectory))),
         *_limits(trajectory),
         ("duration", f"{trajectory.duration:.4f} s"),
         *_timing(trajectory),
@@ -85,8 +86,11 @@ def _diagnosis(diagnosis: Diagnosis | None) -> Iterator[tuple[str, str]]:
     if diagnosis.miss:
         yield "nearest miss", diagnosis.miss
     pairs = [f"{pair.link} and {pair.other}, {_apart(pair.beyond)}" for pair in diagnosis.blocking]
-    for number, pair in enumerate(pairs):
-        yield "" if number else "blocked where it would go on", pair
+    more = len(pairs) - FIRST_BLOCKING
+    for number, pair in enumerate(pairs[:FIRST_BLOCKING]):
+        yield "" if number else "blocked by", pair
+    if more > 0:
+        yield "", f"and {more} more pairs (summary.json)"
     for number, remedy in enumerate(diagnosis.remedies):
         yield "" if number else "would help", f"{remedy.what} ({TRIED[remedy.proven]})"
 
@@ -99,7 +103,7 @@ def _limits(trajectory: Trajectory) -> Iterator[tuple[str, str]]:
     """Say whether the joint limits are kept."""
     if trajectory.limits_ok:
         what = "position and velocity" if trajectory.timing is None else "position, velocity and acceleration"
-        yield f"limits{_as_far(trajectory)}", f"kept: {what}"
+        yield "limits", f"kept{_as_far(trajectory)}: {what}"
     yield from beyond_limits(trajectory.violations)
 
 
@@ -121,23 +125,21 @@ def _clearances(certificate: Certificate | None) -> Iterator[tuple[str, str]]:
         unmoved = [pair for pair in certificate.unchecked_pairs if pair.why.startswith(NEITHER_MOVES)]
         pairs = [f"{pair.link} and {pair.other}" for pair in certificate.unchecked_pairs if pair not in unmoved]
         if pairs:
-            yield "left out of checks", f"{_shortened(pairs)}, at least near their joint; docs/safety.md"
+            yield "left out", f"{_shortened(pairs, FIRST_PAIRS, ' pairs')}, near joints"
         for i, pair in enumerate(unmoved):  # all of them: some may be deep in one another
-            yield "" if i else "never move, not checked", _unmoved(pair)
+            yield "" if i else "fixed, left out", _unmoved(pair)
         if certificate.links_without_body:
-            yield "no collision body", _shortened(certificate.links_without_body)
+            yield "no body", _shortened(certificate.links_without_body, FIRST_LINKS)
 
 
 def _unmoved(pair: UncheckedPair) -> str:
     return f"{pair.link} and {pair.other}: {pair.why.removeprefix(f'{NEITHER_MOVES}; ')}"
 
 
-def _shortened(names: Sequence[str]) -> str:
-    """Return names in a row; of many the first ones, and where the others are named."""
-    rest = len(names) - MOST_NAMES
-    if rest <= 0:
-        return ", ".join(names)
-    return f"{', '.join(names[:MOST_NAMES])} and {rest} more (summary.json and `humanoid-rail robot` name them)"
+def _shortened(names: Sequence[str], first: int, what: str = "") -> str:
+    """Return the first names in a row, and how many more there are."""
+    rest = len(names) - first
+    return ", ".join(names[:first]) + (f" and {rest} more{what}" if rest > 0 else "")
 
 
 def _timing(trajectory: Trajectory) -> Iterator[tuple[str, str]]:
@@ -163,15 +165,15 @@ def why_not_certified(certificate: Certificate) -> str:
     return ", and ".join(known) or "it could not be shown to be free of contact"
 
 
-def _certified(certificate: Certificate | None, start: float, end: float) -> str:
+def _certified(certificate: Certificate | None, start: float, end: float, as_far: str = "") -> str:
     if certificate is None:
         return f"no: {NO_ENGINE}"
     if not certificate.certified:
         return f"no: {why_not_certified(certificate)}"
     bound = certificate.clearance_bound
-    nothing = "yes: there is nothing to touch"
+    nothing = f"yes{as_far}: there is nothing to touch"
     when = f"until t = {end:.4g} s" if start == 0.0 else f"from t = {start:.4g} s to t = {end:.4g} s"
-    return nothing if bound is None else f"yes: no clearance below {_length(bound)} {when}"
+    return nothing if bound is None else f"yes{as_far}: no clearance below {_length(bound)} {when}"
 
 
 def _found_by(trajectory: Trajectory) -> str:
