@@ -23,7 +23,7 @@ from humanoid_rail.live.world import World, placed, placement, target_rotation, 
 from humanoid_rail.model.library import load_robot
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.methods import METHODS
-from humanoid_rail.scene.targets import Pose, Target, is_oriented, position
+from humanoid_rail.scene.targets import Pose, Target, is_oriented, numbers_there, position
 from humanoid_rail.viewer.colours import PLAIN, colour_of, hand_colour
 from humanoid_rail.viewer.drawing import node_name
 from humanoid_rail.viewer.sizes import scale
@@ -51,6 +51,7 @@ class Page:
         self._chosen: tuple[int, Any] | None = None
         self._choosing = threading.Lock()
         self.targets: dict[tuple[int, str], Any] = {}
+        self.numbers: dict[tuple[int, str], Any] = {}
         """The gizmo of each target, by step and hand."""
         set_stage(server, session.world)
         self._draw_world(session.world)
@@ -130,8 +131,11 @@ class Page:
         )
         rotation = target_rotation(target)
         put(gizmo, pin.SE3(rotation, np.array(position(target))))
-        number = str(step + 1) if len(self.session.world.scene.steps) > 1 else ""
-        mark_target(self.server, name, rotation, hand_colour(i), size, pointed=is_directed(target), number=number)
+        steps = self.session.world.scene.steps
+        number = numbers_there(steps, step, hand) if len(steps) > 1 else ""
+        self.numbers[step, hand] = mark_target(
+            self.server, name, rotation, hand_colour(i), size, pointed=is_directed(target), number=number
+        )
 
         def moved(_: object) -> None:
             there = _pose(gizmo)
@@ -141,9 +145,17 @@ class Page:
                 return world.with_target(step, hand, turned_target(before, there.translation, there.rotation))
 
             self.session.change(change)
+            self._number_targets(hand)
 
         gizmo.on_update(moved)
         self.targets[step, hand] = gizmo
+
+    def _number_targets(self, hand: str) -> None:
+        """Say at each target of a hand which steps have it there: two may have come together, or parted."""
+        steps = self.session.world.scene.steps
+        for (step, other), label in self.numbers.items():
+            if other == hand and len(steps) > 1 and label.text != (said := numbers_there(steps, step, hand)):
+                label.text = said
 
     def _obstacle_gizmo(self, i: int) -> Any:
         size = scale(self.session.world.robot)

@@ -261,3 +261,15 @@ def test_a_robot_with_a_short_joint_is_shown() -> None:
     with serving(short, Scene(targets={"tip": (0.4, 0.0, 0.3)}), port=18110) as live:
         wait_until(lambda: not live.session.is_planning)
         assert live.session.plan is not None
+
+
+def test_steps_that_share_a_place_have_one_number_until_they_part(robot: Robot) -> None:
+    there, elsewhere = {"left": AHEAD["left"], "right": None}, {"left": (-1.6, 0.9, 3.4), "right": None}
+    with serving(robot, Scene(targets=(elsewhere, there, there)), port=18080) as live:
+        page = live.page
+        assert [page.numbers[step, "left"].text for step in range(3)] == ["1", "2, 3", "2, 3"]
+        gizmo = page.targets[2, "left"]
+        gizmo.position = elsewhere["left"]
+        for moved in gizmo._impl_aux.update_cb:  # as if it had been dragged there
+            moved(None)
+        assert [page.numbers[step, "left"].text for step in range(3)] == ["1, 3", "2", "1, 3"]
