@@ -27,6 +27,7 @@ NB_MODULE(_engine, module) {
   bind_options(module);
   bind_resolution(module);
   bind_follower(module);
+  bind_optimisation(module);
   bind_benchmark(module);
 }
 

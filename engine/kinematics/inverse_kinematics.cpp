@@ -67,6 +67,11 @@ Posture InverseKinematics::solve(const Eigen::Ref<const Vector>& start, const Ta
   return best;
 }
 
+std::pair<Vector, Matrix> InverseKinematics::evaluate(const Eigen::Ref<const Vector>& q, const TaskStack& tasks) {
+  tasks.evaluate(scene_.move_to(q), 0.0, error_, jacobian_);
+  return {error_, jacobian_};
+}
+
 void InverseKinematics::keep_all_apart(double distance, Posture& here, double& left) {
   for (const Nearest& pair : scene_.pieces(seen_)) keep_apart(pair, distance, SPARE, here, left);
   for (const Nearest& pair : seen_.links) {

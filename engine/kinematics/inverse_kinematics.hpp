@@ -6,6 +6,8 @@
 // found is near where the search began. A joint whose step leads beyond a limit is held there.
 #pragma once
 
+#include <utility>
+
 #include "scene_kinematics.hpp"
 #include "task.hpp"
 
@@ -28,6 +30,8 @@ class InverseKinematics {
   // Looks, from a configuration (n), for one near it in which the tasks are done and all pairs are at least `distance`
   // apart; if that is minus infinity they are left alone.
   [[nodiscard]] Posture solve(const Eigen::Ref<const Vector>& start, const TaskStack& tasks, double distance);
+  // The errors of the tasks at a configuration (n), and their Jacobian.
+  [[nodiscard]] std::pair<Vector, Matrix> evaluate(const Eigen::Ref<const Vector>& q, const TaskStack& tasks);
   [[nodiscard]] const Robot& robot() const { return scene_.robot(); }
 
  private:

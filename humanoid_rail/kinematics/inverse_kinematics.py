@@ -57,9 +57,17 @@ class InverseKinematics:
             tasks: What is to be reached.
             distance: The distance that all pairs keep, m; minus infinity to leave clearances alone.
         """
-        # The same tasks are looked for from many starts.
+        found = self._native.solve(start, self._native_stack(tasks), distance)
+        return Posture(found.q, found.error, found.clearance, found.reached)
+
+    def evaluate(self, q: Array, tasks: Sequence[Task]) -> tuple[Array, Array]:
+        """Return the errors (r,) of tasks at a configuration (n,), m and rad, and their Jacobian (r, n)."""
+        error, jacobian = self._native.evaluate(q, self._native_stack(tasks))
+        return error, jacobian
+
+    def _native_stack(self, tasks: Sequence[Task]) -> object:
+        # The same tasks are asked for again and again.
         stack = self._stack
         if stack is None or stack[0] is not tasks:
             stack = self._stack = tasks, native_tasks(self.robot, tasks, self._state_at)
-        found = self._native.solve(start, stack[1], distance)
-        return Posture(found.q, found.error, found.clearance, found.reached)
+        return stack[1]

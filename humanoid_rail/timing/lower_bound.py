@@ -1,0 +1,61 @@
+"""How long motions take at least: as long as each joint alone needs for its way, from rest to rest."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from humanoid_rail._arrays import Array
+
+
+def least_times(way: Array, velocity: Array, acceleration: Array) -> Array:
+    """Return how long each joint takes at least (...), s, from rest to rest.
+
+    The fastest is to accelerate as long as the limits let it, and to brake as long: a trapezoid, or a triangle where
+    the velocity limit is not reached.
+
+    Args:
+        way: How far it goes (...), m and rad.
+        velocity: Limits (...), m/s and rad/s; may be infinite.
+        acceleration: Limits (...), m/s^2 and rad/s^2; may be infinite.
+    """
+    way = np.abs(way)
+    velocity, acceleration = (np.broadcast_to(limit, way.shape) for limit in (velocity, acceleration))
+    with np.errstate(divide="ignore", invalid="ignore"):  # no way, or no limit
+        triangle = 2.0 * np.sqrt(way / acceleration)
+        rise = np.where(np.isfinite(velocity), velocity / acceleration, np.inf)
+        trapezoid = np.where(np.isfinite(velocity), way / velocity + np.where(np.isfinite(rise), rise, 0.0), 0.0)
+        found: Array = np.where(way > 0.0, np.where(way > velocity * rise, trapezoid, triangle), 0.0)
+    return found
+
+
+def least_duration(stops: Array, velocity: Array, acceleration: Array) -> float:
+    """Return how long a motion takes at least, s, that rests at configurations (K, n) in turn."""
+    return float(least_times(np.diff(stops, axis=0), velocity, acceleration).max(axis=1, initial=0.0).sum())
+
+
+def least_duration_along(path: Array, velocity: Array, acceleration: Array, stray: Array) -> float:
+    """Return how long a motion from rest to rest takes at least, s, that stays near a path.
+
+    A joint that turns back on its way rests there for a moment, so its ways between count one by one.
+
+    Args:
+        path: Configurations (K, n), m and rad.
+        velocity: Limits (n,), m/s and rad/s.
+        acceleration: Limits (n,), m/s^2 and rad/s^2.
+        stray: How far each joint may be from the path (n,), m and rad.
+    """
+    longest = 0.0
+    for j, column in enumerate(path.T):
+        turns = [column[0], *(b for a, b, c in _triples(column) if (b - a) * (c - b) < 0.0), column[-1]]
+        ways = np.abs(np.diff(turns)) - 2.0 * stray[j]
+        times = least_times(np.maximum(ways, 0.0), velocity[j], acceleration[j])
+        direct = least_times(np.array([column[-1] - column[0]]), velocity[j], acceleration[j])
+        longest = max(longest, float(times.sum()), float(direct[0]))
+    return longest
+
+
+def _triples(column: Array) -> list[tuple[float, float, float]]:
+    values = column[np.concatenate([[True], np.diff(column) != 0.0])].tolist()
+    return [(a, b, c) for (a, b), (_, c) in pairwise(pairwise(values))]
