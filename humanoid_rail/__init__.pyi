@@ -24,7 +24,7 @@ from .planning.verification import verify
 from .problem import Problem
 from .resolution.qp import Safety
 from .resolution.velocity import Gains
-from .result import Motion, Peak, Provenance, Retiming, Samples, Status, Timing, Verdict
+from .result import Motion, Optimisation, Peak, Provenance, Retiming, Samples, Status, Timing, Verdict
 from .retiming.retiming import retime
 from .scene.obstacles import Box, Capsule, HalfSpace, Mesh, Sphere
 from .scene.scene import Scene, load_robot_of_scene, load_scene, make_scene
@@ -60,6 +60,7 @@ __all__ = [
     "Motion",
     "NativeKinematics",
     "NearPair",
+    "Optimisation",
     "Page",
     "Peak",
     "Plan",

@@ -23,7 +23,18 @@ from humanoid_rail.kinematics.path_metric import PathQuality
 from humanoid_rail.model.pairs import UncheckedPair
 from humanoid_rail.planning.methods import METHODS
 from humanoid_rail.planning.options import PlanningMethod
-from humanoid_rail.result import Motion, Peak, Provenance, Retiming, Samples, Search, Status, Timing, Verdict
+from humanoid_rail.result import (
+    Motion,
+    Optimisation,
+    Peak,
+    Provenance,
+    Retiming,
+    Samples,
+    Search,
+    Status,
+    Timing,
+    Verdict,
+)
 from humanoid_rail.trajectory import Trajectory
 
 DAMAGED = (BadZipFile, RuntimeError, zlib.error)
@@ -146,6 +157,7 @@ def _provenance(summary: Mapping[str, Any]) -> Provenance:
         planning_time=summary["planning_time"],
         certification_time=summary["certification_time"],
         c_mu=summary.get("c_mu"),
+        optimisation=None if (done := summary.get("optimisation")) is None else Optimisation(**done),
         retiming=None if summary["retiming"] is None else Retiming(**summary["retiming"]),
     )
 

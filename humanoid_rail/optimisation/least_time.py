@@ -24,6 +24,7 @@ from humanoid_rail.optimisation.program import PENALTY, Clearances, Goal, progra
 from humanoid_rail.optimisation.spline import ramp, shortest_interval, weights
 from humanoid_rail.problem import Problem
 from humanoid_rail.scene.native_obstacles import native_obstacles
+from humanoid_rail.search.exact_end import EXACT
 
 if TYPE_CHECKING:
     from humanoid_rail import _engine
@@ -46,8 +47,6 @@ ENOUGH = 0.01
 """The optimisation ends with a step that gains less than this share of the duration."""
 LACKING = 1e-4
 """A clearance may lack this at the end, m."""
-EXACT = 1e-6
-"""The tasks are done where their error is at most this, m."""
 
 
 class Course(NamedTuple):

@@ -30,7 +30,7 @@ from humanoid_rail.optimisation.seed import along
 from humanoid_rail.optimisation.spline import refined, shortest_interval
 from humanoid_rail.problem import Problem
 from humanoid_rail.timing.lower_bound import least_duration_along
-from humanoid_rail.timing.time_optimal import Limits
+from humanoid_rail.timing.time_optimal import Limits, limits_of
 from humanoid_rail.timing.timed_motion import CUT, DEVIATION, TimedMotion, along_path, certified_motion, wanted_bound
 
 SPARE = 3e-4
@@ -82,7 +82,7 @@ def least_time_motion(
         deadline: When it is cut off, on the clock of `time.perf_counter`, s.
     """
     robot = problem.robot
-    limits = Limits(robot.velocity_limit, robot.acceleration_limit, robot.jerk_limit)
+    limits = limits_of(robot)
     motion, steps = _optimised(problem, path, limits, dt, safety_distance, max_steps, deadline)
     stray = (DEVIATION + CUT) * robot.speed_units
     if motion is not None and motion.duration <= least_duration_along(path, *limits[:2], stray):

@@ -72,7 +72,7 @@ class Step(NamedTuple):
     change: Array
     """Of all control points (M + d, m), s."""
     merit: float
-    """The duration after it, as a share of what it was, and the penalty of what clearances lack; both to first order."""
+    """To first order: the duration after it as a share of what it was, and the penalty of what clearances lack."""
 
 
 class _Pattern(NamedTuple):
@@ -104,9 +104,11 @@ def _pattern(degree: int, intervals: int, joints: int, is_goal_free: bool) -> _P
         orders += [np.full(differences.shape[0], order)] * 2
     entries = sparse.coo_array(sparse.vstack(blocks))
     curvature = sparse.kron(np.diff(np.eye(count), 2, axis=0) @ free, np.eye(joints))
+    rows, columns = entries.coords
     return _Pattern(
         free,
-        *entries.coords,
+        rows,
+        columns,
         entries.data,
         np.concatenate(orders),
         sparse.csr_array(curvature),
@@ -130,7 +132,7 @@ class Program:
     """E (M + d, F): control points change by E D."""
     pattern: _Pattern
     calm: sparse.csc_array
-    """The matrix of the squared accelerations, in shares of the limits, for an interval of 1 s; with all its diagonal."""
+    """The matrix of the squared accelerations, in shares of the limits, for an interval of 1 s."""
 
     @property
     def joints(self) -> int:
@@ -140,7 +142,7 @@ class Program:
     @property
     def changes(self) -> int:
         """The number of coordinates of D."""
-        return self.free.shape[1] * self.joints
+        return int(self.free.shape[1]) * self.joints
 
     def step(
         self, control: Array, interval: float, clearances: Clearances, goal: Goal | None, trust: float

@@ -26,6 +26,8 @@ from humanoid_rail.planning.units import warn_of_units
 from humanoid_rail.problem import Problem
 from humanoid_rail.result import Motion, Provenance, Samples, Status, Verdict
 from humanoid_rail.scene.scene import Scene, check_scene, start_of_scene
+from humanoid_rail.timing.time_optimal import limits_of
+from humanoid_rail.timing.timed_motion import joined_motion
 from humanoid_rail.trajectory import Trajectory
 
 UNPROVEN = "the native engine, which proves motions free of contact, is not installed"
@@ -46,8 +48,9 @@ def plan(robot: Robot, scene: Scene, method: PlanningMethod | str = "auto") -> T
     Returns:
         The trajectory up to where it got, with the status of its last segment, a reason and a certificate of what is
         proven of the motion, including between samples; see :func:`verify`. By `qp` and `auto` a motion whose
-        certificate fails is not `reached`. Its timing is the method's own; :func:`retime` gives one that a drive can
-        follow.
+        certificate fails is not `reached`. By `auto` it is a motion of least time that a drive can follow, unless its
+        provenance says why it is not; by other methods its timing is the method's own, and :func:`retime` gives one
+        that a drive can follow.
 
     Raises:
         InvalidInput: If an argument is not valid, the scene is not one for this robot, or the start is outside the
@@ -106,9 +109,14 @@ def _result(
     """Return a motion as a trajectory, with the verdict on it."""
     robot, motion = kinematics.robot, segments.motion
     course = kinematics.along(motion.q, np.inf if method.far_clearances else method.epsilon, motion.t)
-    computed = time.perf_counter()
-    certificate = None if why_no_engine() else certify(robot, scene.obstacles, motion.t, motion.q)
-    certified = time.perf_counter()
+    timed = None if segments.timed is None else joined_motion(robot, scene.obstacles, segments.timed)
+    certificate: Certificate | None
+    if timed is not None:
+        certificate, certification_time = timed.certificate, timed.certification_time
+    else:
+        began = time.perf_counter()
+        certificate = None if why_no_engine() else certify(robot, scene.obstacles, motion.t, motion.q)
+        certification_time = time.perf_counter() - began
     status, reason = judged(certificate, method.kept_distance, motion.status, motion.reason)
     planning_time, diagnosis = time.perf_counter() - started, None
     if segments.unreached is not None and certificate is not None:
@@ -120,13 +128,21 @@ def _result(
         status=status,
         reason=reason,
         certificate=certificate,
-        # Between samples a motion is linear; how fast it is at the integrator's own steps does not depend on dt.
-        violations=limit_violations(robot, sampled(motion.t, motion.q), motion.visited),
+        # Between samples a motion is linear unless it is timed; how fast it is at the integrator's own steps does not
+        # depend on dt.
+        violations=limit_violations(
+            robot, *([sampled(motion.t, motion.q), motion.visited] if timed is None else [timed.joint_motion])
+        ),
         arrivals=segments.arrivals,
         diagnosis=diagnosis,
     )
     return Trajectory(
-        motion=Motion(frozen(motion.t), frozen(motion.q), robot.joint_names),
+        motion=Motion(
+            frozen(motion.t),
+            frozen(motion.q),
+            robot.joint_names,
+            None if timed is None else timed.timing(robot, limits_of(robot)),
+        ),
         samples=Samples(
             hands=frozen(course.hands),
             hand_names=robot.hand_names,
@@ -143,7 +159,8 @@ def _result(
             search=segments.search,
             evaluations=motion.evaluations,
             planning_time=planning_time,
-            certification_time=certified - computed,
+            certification_time=certification_time,
+            optimisation=segments.optimisation,
             c_mu=method.gains.c_mu_of(robot),
         ),
         robot=robot,

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from humanoid_rail._arrays import Array
+from humanoid_rail.model.robot import Robot
 from humanoid_rail.timing.cautious_profile import cautious_speed
 
 GRID_POINTS = (4, 6, 3)
@@ -30,6 +31,11 @@ class Limits(NamedTuple):
     """(n,), m/s^2 and rad/s^2."""
     jerk: Array
     """(n,), m/s^3 and rad/s^3."""
+
+
+def limits_of(robot: Robot) -> Limits:
+    """Return what the joints of a robot can do."""
+    return Limits(robot.velocity_limit, robot.acceleration_limit, robot.jerk_limit)
 
 
 class Progress(NamedTuple):

@@ -52,7 +52,7 @@ class TimedMotion(NamedTuple):
 
     @property
     def bound(self) -> float:
-        """The certificate's bound, m: infinite where there is nothing to touch, minus infinity where nothing is known."""
+        """The certificate's bound, m: infinite with nothing to touch, minus infinity where nothing is known."""
         bound = self.certificate.kept_bound
         return bound if bound is not None else np.inf if self.certificate.certified else -np.inf
 
@@ -90,6 +90,25 @@ def certified_motion(
     """
     q, velocity, acceleration = samples(control, dt)
     t = np.arange(len(q), dtype=float) * dt
+    began = time.perf_counter()
+    certificate = certify(robot, obstacles, t, q, velocity)
+    return TimedMotion(t, q, velocity, acceleration, ends, certificate, time.perf_counter() - began)
+
+
+def joined_motion(robot: Robot, obstacles: tuple[Obstacle, ...], motions: Sequence[TimedMotion]) -> TimedMotion:
+    """Return motions that follow each other as one; each begins where the one before ends, and both are at rest there.
+
+    Among obstacles at rest: each motion is certified as if it began at t = 0.
+    """
+    if len(motions) == 1:
+        return motions[0]
+    begins = np.concatenate([[0.0], np.cumsum([motion.duration for motion in motions])])
+    t = np.concatenate([motion.t[k > 0 :] + begins[k] for k, motion in enumerate(motions)])
+    q, velocity, acceleration = (
+        np.vstack([getattr(motion, name)[k > 0 :] for k, motion in enumerate(motions)])
+        for name in ("q", "velocity", "acceleration")
+    )
+    ends = np.cumsum([len(motion.t) - 1 for motion in motions]).tolist()
     began = time.perf_counter()
     certificate = certify(robot, obstacles, t, q, velocity)
     return TimedMotion(t, q, velocity, acceleration, ends, certificate, time.perf_counter() - began)
