@@ -172,14 +172,15 @@ class Trajectory:
         reached. Of a motion without a timing the accelerations have no limit.
         """
         if self.timing is not None:
-            velocity = np.array([peak.velocity_limit for peak in self.timing.peaks])
-            acceleration = np.array([peak.acceleration_limit for peak in self.timing.peaks])
+            limits = np.array([(peak.velocity_limit, peak.acceleration_limit) for peak in self.timing.peaks])
         elif self.robot is not None:
-            velocity, acceleration = self.robot.velocity_limit, np.full(len(self.joint_names), np.inf)
+            limits = np.column_stack([self.robot.velocity_limit, np.full(len(self.joint_names), np.inf)])
         else:
             return None
+        if len(limits) != len(self.joint_names):
+            return None
         stops = [0, *(int(np.argmin(abs(self.t - arrival))) for arrival in self.arrivals), len(self.t) - 1]
-        return least_duration(self.q[stops], velocity, acceleration)
+        return least_duration(self.q[stops], *limits.T)
 
     @property
     def collision_free(self) -> bool:
