@@ -20,7 +20,7 @@ NEAR, FARTHER = 0.05, 0.6
 the trust region."""
 LIKELY = 0.6
 """Rows are left out that no step within this share of the trust region brings too near."""
-SPARSER = 0.04
+SPARSER = 0.02
 """Of pairs with this much to spare there are rows at every other moment, and at every fourth with twice as much, m."""
 
 

@@ -31,11 +31,19 @@ from humanoid_rail.optimisation.spline import refined, shortest_interval
 from humanoid_rail.problem import Problem
 from humanoid_rail.timing.lower_bound import least_duration_along
 from humanoid_rail.timing.time_optimal import Limits, limits_of
-from humanoid_rail.timing.timed_motion import CUT, DEVIATION, TimedMotion, along_path, certified_motion, wanted_bound
+from humanoid_rail.timing.timed_motion import (
+    CUT,
+    DEVIATION,
+    TimedMotion,
+    along_path,
+    certified_motion,
+    followings,
+    wanted_bound,
+)
 
 SPARE = 3e-4
 """Pairs keep this much more than the safety distance at the moments that are looked at, m."""
-INTERVAL = 0.13
+INTERVAL = 0.15
 """Knots are about this far apart, s, ..."""
 FEWEST, MOST = 10, 16
 """... but there are so many intervals between them."""
@@ -47,6 +55,8 @@ REPAIR_STEPS = 3
 """By at most so many steps each."""
 REPAIR_TRUST = 0.05
 """The first step of a repair moves control points at most this far, s."""
+MUCH_SHORTER = 0.9
+"""A motion that takes at most this share of the one that follows the path most loosely is shorter than the others."""
 ROUNDING = 1e-9
 """The interval is this share longer than limits ask for."""
 
@@ -85,8 +95,12 @@ def least_time_motion(
     limits = limits_of(robot)
     motion, steps = _optimised(problem, path, limits, dt, safety_distance, max_steps, deadline)
     stray = (DEVIATION + CUT) * robot.speed_units
-    if motion is not None and motion.duration <= least_duration_along(path, *limits[:2], stray):
-        return Found(motion, True, steps)
+    if motion is not None:
+        if motion.duration <= least_duration_along(path, *limits[:2], stray):
+            return Found(motion, True, steps)
+        loosest, _ = next(followings(robot, [path], limits, dt, 0.0))
+        if motion.duration <= MUCH_SHORTER * (len(loosest) - 3) * dt:
+            return Found(motion, True, steps)
     wanted = wanted_bound(certify(robot, problem.obstacles, t, path), safety_distance)
     plain = along_path(robot, problem.obstacles, [path], limits, dt, 0.0, wanted)
     if motion is not None and motion.duration <= plain.duration:

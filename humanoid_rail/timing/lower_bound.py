@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 
 from humanoid_rail._arrays import Array
@@ -46,16 +44,15 @@ def least_duration_along(path: Array, velocity: Array, acceleration: Array, stra
         acceleration: Limits (n,), m/s^2 and rad/s^2.
         stray: How far each joint may be from the path (n,), m and rad.
     """
-    longest = 0.0
+    ways, joints = [np.abs(path[-1] - path[0])], [np.arange(path.shape[1])]
     for j, column in enumerate(path.T):
-        turns = [column[0], *(b for a, b, c in _triples(column) if (b - a) * (c - b) < 0.0), column[-1]]
-        ways = np.abs(np.diff(turns)) - 2.0 * stray[j]
-        times = least_times(np.maximum(ways, 0.0), velocity[j], acceleration[j])
-        direct = least_times(np.array([column[-1] - column[0]]), velocity[j], acceleration[j])
-        longest = max(longest, float(times.sum()), float(direct[0]))
-    return longest
-
-
-def _triples(column: Array) -> list[tuple[float, float, float]]:
-    values = column[np.concatenate([[True], np.diff(column) != 0.0])].tolist()
-    return [(a, b, c) for (a, b), (_, c) in pairwise(pairwise(values))]
+        moves = column[np.flatnonzero(np.diff(column, append=np.inf))]
+        steps = np.diff(moves)
+        turns = np.concatenate([moves[:1], moves[1:-1][steps[:-1] * steps[1:] < 0.0], moves[-1:]])
+        ways.append(np.maximum(np.abs(np.diff(turns)) - 2.0 * stray[j], 0.0))
+        joints.append(np.full(len(turns) - 1, j))
+    joint = np.concatenate(joints)
+    times = least_times(np.concatenate(ways), velocity[joint], acceleration[joint])
+    count = path.shape[1]
+    direct, along = times[:count], np.bincount(joint[count:], times[count:], count)
+    return float(np.maximum(direct, along).max())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -152,15 +152,7 @@ def along_path(
         wanted: The bound that is wanted, m.
     """
     best = None
-    for spacing in SPACINGS:
-        paths = [
-            smooth_path(robot, path, spacing) if path_length(robot, path) > STANDSTILL else None for path in segments
-        ]
-        pairs = zip(segments, paths, strict=True)
-        strays = (deviation(robot, path, smooth) for path, smooth in pairs if smooth is not None)
-        if max(strays, default=0.0) > DEVIATION and spacing > SPACINGS[-1]:
-            continue
-        control, ends = follow(robot, segments, paths, limits, dt, dwell, CUT * spacing / SPACINGS[0])
+    for control, ends in followings(robot, segments, limits, dt, dwell):
         motion = certified_motion(robot, obstacles, control, dt, ends)
         if best is None or motion.bound > best.bound:
             best = motion
@@ -168,3 +160,20 @@ def along_path(
             break
     assert best is not None  # the last spacing is always tried
     return best
+
+
+def followings(
+    robot: Robot, segments: Sequence[Array], limits: Limits, dt: float, dwell: float
+) -> Iterator[tuple[Array, list[int]]]:
+    """Yield control points (N + 2, n) of motions that follow segments more and more closely, and where these end.
+
+    See :func:`along_path` for the arguments.
+    """
+    for spacing in SPACINGS:
+        paths = [
+            smooth_path(robot, path, spacing) if path_length(robot, path) > STANDSTILL else None for path in segments
+        ]
+        pairs = zip(segments, paths, strict=True)
+        strays = (deviation(robot, path, smooth) for path, smooth in pairs if smooth is not None)
+        if max(strays, default=0.0) <= DEVIATION or spacing == SPACINGS[-1]:
+            yield follow(robot, segments, paths, limits, dt, dwell, CUT * spacing / SPACINGS[0])
