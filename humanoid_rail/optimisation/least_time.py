@@ -78,6 +78,11 @@ class Surroundings:
     solver: InverseKinematics
 
     @property
+    def box(self) -> tuple[Array, Array]:
+        """Lower and upper position limits (m,), s."""
+        return self.points(self.problem.robot.lower), self.points(self.problem.robot.upper)
+
+    @property
     def degree(self) -> int:
         """Of the splines, d."""
         return len(self.limits)
@@ -147,9 +152,7 @@ def shorten(
         trust: How far the first step may go, s.
         taken: How many programs were solved before.
     """
-    robot, degree = around.problem.robot, around.degree
-    box = around.points(robot.lower), around.points(robot.upper)
-    form = program(degree, len(control) - degree, around.limits, box, around.is_goal_free)
+    form = program(around.degree, len(control) - around.degree, around.limits, around.box, around.is_goal_free)
     looks = looks_at(form, times)
     here, rows = _look(around, looks, Course(control, np.inf, np.inf, taken), trust)
     while here.steps < taken + max_steps and time.perf_counter() < deadline:
@@ -182,7 +185,7 @@ def shorten(
 
 
 def on_tasks(around: Surroundings, control: Array, distance: float) -> Array | None:
-    """Return a spline whose goal is brought onto the tasks, or None where it cannot be.
+    """Return a spline within the position limits whose goal is brought onto the tasks, or None where it cannot be.
 
     Args:
         around: The tasks.
@@ -190,13 +193,20 @@ def on_tasks(around: Surroundings, control: Array, distance: float) -> Array | N
         distance: The distance that pairs keep at the goal, m; minus infinity to leave clearances alone.
     """
     if not around.is_goal_free:
-        return control
+        return _within_limits(around, control)
     found = around.solver.solve(around.configurations(control[-1:])[0], around.problem.tasks, distance)
     if not found.reached:
         return None
     goal, degree = around.points(found.q), around.degree
-    moved: Array = control + ramp(degree, len(control) - degree)[:, None] * (goal - control[-1])
+    moved = control + ramp(degree, len(control) - degree)[:, None] * (goal - control[-1])
     moved[-degree:] = goal
+    return _within_limits(around, moved)
+
+
+def _within_limits(around: Surroundings, control: Array) -> Array:
+    """Return a spline whose control points between both ends are within the position limits."""
+    moved, degree = control.copy(), around.degree
+    moved[degree:-degree] = np.clip(control[degree:-degree], *around.box)
     return moved
 
 
