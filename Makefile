@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 ENGINE := $(wildcard engine/*.[hc]pp engine/*/*.[hc]pp)
 
 .DELETE_ON_ERROR:
-.PHONY: plan test lint docs docs-serve generate figures picture benchmark evaluation regression retiming certificates \
+.PHONY: plan test lint docs docs-serve generate figures picture benchmark evaluation regression retiming least-time certificates \
 	distances views urdfs meshes robots gallery sanitize clean
 
 plan: $(VENV)/plan-installed
@@ -64,6 +64,9 @@ evaluation: $(VENV)/test-installed
 # Planning times and results compared with those of another checkout in which `make plan` was run: BASE=its folder.
 regression: $(VENV)/test-installed
 	$(BIN)/python -m benchmarks.against $(BASE)
+
+least-time: $(VENV)/test-installed
+	$(BIN)/python -m benchmarks.least_time scenes/dev --readme docs/least_time.md
 
 retiming: $(VENV)/test-installed
 	$(BIN)/python -m benchmarks.retiming scenes/dev --figure docs/timing.png --readme docs/retime.md

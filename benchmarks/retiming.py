@@ -13,6 +13,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from benchmarks.evaluation import family_of
 from humanoid_rail import (
+    Auto,
     Robot,
     Status,
     Trajectory,
@@ -69,7 +70,7 @@ class Row:
 def measure(robot: Robot, path: Path) -> Row:
     """Plan, retime and hold the result against the limits, sampled by SciPy."""
     scene = load_scene(path)
-    planned = plan(robot, scene)
+    planned = plan(robot, scene, Auto(optimise=False))
     started = time.perf_counter()
     motion = retime(planned, robot, scene)
     seconds = time.perf_counter() - started

@@ -21,7 +21,7 @@ from humanoid_rail.model.robot import Robot
 from humanoid_rail.resampling import evaluate, resampled
 from humanoid_rail.result import Method, Motion, Provenance, Samples, Search, Status, Timing, Verdict
 from humanoid_rail.scene.scene import Scene
-from humanoid_rail.timing.lower_bound import least_duration
+from humanoid_rail.timing.lower_bound import least_duration_of
 from humanoid_rail.trajectory_html import table_of
 
 
@@ -168,19 +168,9 @@ class Trajectory:
     def least_duration(self) -> float | None:
         """A lower bound of the duration, s: how long each joint alone takes to the same configurations, if known.
 
-        From rest to rest within its limits of velocity and acceleration, from the start to where each target is
-        reached. Of a motion without a timing the accelerations have no limit.
+        From rest to rest within its limits, from target to target; without a timing those of velocity alone.
         """
-        if self.timing is not None:
-            limits = np.array([(peak.velocity_limit, peak.acceleration_limit) for peak in self.timing.peaks])
-        elif self.robot is not None:
-            limits = np.column_stack([self.robot.velocity_limit, np.full(len(self.joint_names), np.inf)])
-        else:
-            return None
-        if len(limits) != len(self.joint_names):
-            return None
-        stops = [0, *(int(np.argmin(abs(self.t - arrival))) for arrival in self.arrivals), len(self.t) - 1]
-        return least_duration(self.q[stops], *limits.T)
+        return least_duration_of(self.motion, self.arrivals, None if self.robot is None else self.robot.velocity_limit)
 
     @property
     def collision_free(self) -> bool:

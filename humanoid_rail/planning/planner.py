@@ -12,7 +12,7 @@ from humanoid_rail._native import why_no_engine
 from humanoid_rail.collision.certificate import Certificate
 from humanoid_rail.collision.certifier import bound_resolution, certify, least_distance
 from humanoid_rail.errors import check_kind
-from humanoid_rail.kinematics.joint_limits import limit_violations, sampled
+from humanoid_rail.kinematics.joint_limits import JointMotion, limit_violations, sampled
 from humanoid_rail.kinematics.state import KinematicsModel
 from humanoid_rail.kinematics.task_stack import count_rows
 from humanoid_rail.model.robot import Robot
@@ -24,10 +24,11 @@ from humanoid_rail.planning.size import check_size, size_hint
 from humanoid_rail.planning.start import check_start, warn_of_depth
 from humanoid_rail.planning.units import warn_of_units
 from humanoid_rail.problem import Problem
+from humanoid_rail.resolution.integrate import Integration
 from humanoid_rail.result import Motion, Provenance, Samples, Status, Verdict
 from humanoid_rail.scene.scene import Scene, check_scene, start_of_scene
 from humanoid_rail.timing.time_optimal import limits_of
-from humanoid_rail.timing.timed_motion import joined_motion
+from humanoid_rail.timing.timed_motion import TimedMotion, joined_motion
 from humanoid_rail.trajectory import Trajectory
 
 UNPROVEN = "the native engine, which proves motions free of contact, is not installed"
@@ -110,13 +111,7 @@ def _result(
     robot, motion = kinematics.robot, segments.motion
     course = kinematics.along(motion.q, np.inf if method.far_clearances else method.epsilon, motion.t)
     timed = None if segments.timed is None else joined_motion(robot, scene.obstacles, segments.timed)
-    certificate: Certificate | None
-    if timed is not None:
-        certificate, certification_time = timed.certificate, timed.certification_time
-    else:
-        began = time.perf_counter()
-        certificate = None if why_no_engine() else certify(robot, scene.obstacles, motion.t, motion.q)
-        certification_time = time.perf_counter() - began
+    certificate, certification_time = _certified(robot, scene, motion, timed)
     status, reason = judged(certificate, method.kept_distance, motion.status, motion.reason)
     planning_time, diagnosis = time.perf_counter() - started, None
     if segments.unreached is not None and certificate is not None:
@@ -128,11 +123,7 @@ def _result(
         status=status,
         reason=reason,
         certificate=certificate,
-        # Between samples a motion is linear unless it is timed; how fast it is at the integrator's own steps does not
-        # depend on dt.
-        violations=limit_violations(
-            robot, *([sampled(motion.t, motion.q), motion.visited] if timed is None else [timed.joint_motion])
-        ),
+        violations=limit_violations(robot, *_joint_motions(motion, timed)),
         arrivals=segments.arrivals,
         diagnosis=diagnosis,
     )
@@ -166,6 +157,25 @@ def _result(
         robot=robot,
         scene=scene,
     )
+
+
+def _certified(
+    robot: Robot, scene: Scene, motion: Integration, timed: TimedMotion | None
+) -> tuple[Certificate | None, float]:
+    """Return what is proven of a motion, None where nothing can be, and how long that took, s."""
+    if timed is not None:
+        return timed.certificate, timed.certification_time
+    began = time.perf_counter()
+    certificate = None if why_no_engine() else certify(robot, scene.obstacles, motion.t, motion.q)
+    return certificate, time.perf_counter() - began
+
+
+def _joint_motions(motion: Integration, timed: TimedMotion | None) -> tuple[JointMotion, ...]:
+    """Return what of a motion is held against the limits."""
+    if timed is not None:
+        return (timed.joint_motion,)
+    # Between samples it is linear; how fast it is at the integrator's own steps does not depend on dt.
+    return sampled(motion.t, motion.q), motion.visited
 
 
 def judged(

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from humanoid_rail._arrays import Array
+from humanoid_rail.result import Motion
 
 
 def least_times(way: Array, velocity: Array, acceleration: Array) -> Array:
@@ -31,6 +34,26 @@ def least_times(way: Array, velocity: Array, acceleration: Array) -> Array:
 def least_duration(stops: Array, velocity: Array, acceleration: Array) -> float:
     """Return how long a motion takes at least, s, that rests at configurations (K, n) in turn."""
     return float(least_times(np.diff(stops, axis=0), velocity, acceleration).max(axis=1, initial=0.0).sum())
+
+
+def least_duration_of(motion: Motion, arrivals: Sequence[float], velocity: Array | None) -> float | None:
+    """Return how long a motion takes at least that rests where this one does, s; None if the limits are not known.
+
+    Args:
+        motion: The motion. If it has a timing, that has the limits.
+        arrivals: When it is at its targets, s.
+        velocity: The limits of one without a timing (n,), whose accelerations have none.
+    """
+    if motion.timing is not None:
+        limits = np.array([(peak.velocity_limit, peak.acceleration_limit) for peak in motion.timing.peaks])
+    elif velocity is not None:
+        limits = np.column_stack([velocity, np.full(len(velocity), np.inf)])
+    else:
+        return None
+    if len(limits) != len(motion.joint_names):
+        return None
+    stops = [0, *(int(np.argmin(abs(motion.t - arrival))) for arrival in arrivals), len(motion.t) - 1]
+    return least_duration(motion.q[stops], *limits.T)
 
 
 def least_duration_along(path: Array, velocity: Array, acceleration: Array, stray: Array) -> float:

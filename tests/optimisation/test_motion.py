@@ -1,4 +1,4 @@
-"""Motions of least time: within limits at all times, certified, at their targets, and never longer than retimed ones."""
+"""Motions of least time: within limits, certified, at their targets, and never longer than retimed ones."""
 
 from __future__ import annotations
 
