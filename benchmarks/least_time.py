@@ -1,4 +1,4 @@
-"""Plan a folder of scenes with and without the optimisation, and tabulate how long the motions and the planning take."""
+"""Plan a folder of scenes with and without the optimisation; tabulate how long motions and planning take."""
 
 from __future__ import annotations
 

@@ -45,6 +45,8 @@ GROWTH, SHRINK = 2.0, 0.5
 """So many times."""
 ENOUGH = 0.01
 """The optimisation ends with a step that gains less than this share of the duration."""
+LEAST_GAIN = 1e-5
+"""Where clearances lack more than they may, it ends where a program promises less than this."""
 LACKING = 1e-4
 """A clearance may lack this at the end, m."""
 
@@ -158,8 +160,10 @@ def shorten(
     while here.steps < taken + max_steps and time.perf_counter() < deadline:
         step = form.step(here.control, here.interval, rows, _goal(around, here.control), trust)
         here = here._replace(steps=here.steps + 1)
-        expected = 0.0 if step is None else 1.0 + PENALTY * here.lacking - step.merit
-        if step is None or (expected < ENOUGH and here.lacking <= LACKING):
+        if step is None:
+            break
+        expected = 1.0 + PENALTY * here.lacking - step.merit
+        if expected < (ENOUGH if here.lacking <= LACKING else LEAST_GAIN):
             break
         for share in SHARES:
             moved = on_tasks(around, here.control + share * step.change, -np.inf)

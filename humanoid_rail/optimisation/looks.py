@@ -22,6 +22,8 @@ LIKELY = 0.6
 """Rows are left out that no step within this share of the trust region brings too near."""
 SPARSER = 0.02
 """Of pairs with this much to spare there are rows at every other moment, and at every fourth with twice as much, m."""
+MOST_ROWS = 5
+"""Each moment has at most so many rows."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +70,11 @@ def clearances(
     found = clearance.rows(
         q, distance, distance + NEAR + FARTHER * trust, np.where(moving, LIKELY * trust * units, 0.0)
     )
-    kept = found.sample % 2 ** np.clip(found.spare // SPARSER, 0, 2).astype(int) == 0
+    kept = np.flatnonzero(found.sample % 2 ** np.clip(found.spare // SPARSER, 0, 2).astype(int) == 0)
+    # Of each moment those with the least to spare.
+    order = kept[np.lexsort((found.spare[kept], found.sample[kept]))]
+    place = np.arange(len(order)) - np.searchsorted(found.sample[order], found.sample[order])
+    kept = order[place < MOST_ROWS]
     sample = found.sample[kept]
     gradient = found.gradient[kept][:, moving] * units[moving]
     return Clearances(looks.first[sample], looks.free[sample], found.spare[kept], gradient), found.least

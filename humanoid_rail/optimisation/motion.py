@@ -118,6 +118,8 @@ def _optimised(
     degree = 3 if np.isfinite(limits.jerk[moving]).any() else 2
     around = surroundings(problem, limits[:degree], moving, distance + SPARE, path[-1])
     control = _seed(around, path)
+    if lacking_at(around, control, np.zeros(1))[0] > SPARE + bound_resolution():
+        return None, 0  # the start is too near to something: only the path leads away from it
     intervals = len(control) - degree
     times = np.arange(intervals * LOOKS + 1) / LOOKS
     course = shorten(around, control, times, max_steps, deadline)
