@@ -21,7 +21,6 @@ from humanoid_rail.model.robot import Robot
 from humanoid_rail.resampling import evaluate, resampled
 from humanoid_rail.result import Method, Motion, Provenance, Samples, Search, Status, Timing, Verdict
 from humanoid_rail.scene.scene import Scene
-from humanoid_rail.timing.lower_bound import least_duration_of
 from humanoid_rail.trajectory_html import table_of
 
 
@@ -166,11 +165,8 @@ class Trajectory:
 
     @property
     def least_duration(self) -> float | None:
-        """A lower bound of the duration, s: how long each joint alone takes to the same configurations, if known.
-
-        From rest to rest within its limits, from target to target; without a timing those of velocity alone.
-        """
-        return least_duration_of(self.motion, self.arrivals, None if self.robot is None else self.robot.velocity_limit)
+        """A lower bound of the duration, s; None if it is not known. See :class:`Verdict`."""
+        return self.verdict.least_duration
 
     @property
     def collision_free(self) -> bool:

@@ -130,6 +130,7 @@ def _verdict(summary: Mapping[str, Any]) -> Verdict:
         certificate=_certificate(summary["certificate"]),
         violations=tuple(Violation(**violation) for violation in summary["violations"]),
         arrivals=tuple(summary["arrivals"]),
+        least_duration=summary.get("least_duration"),
         diagnosis=read_diagnosis(summary.get("diagnosis")),
     )
 

@@ -27,6 +27,7 @@ from humanoid_rail.problem import Problem
 from humanoid_rail.resolution.integrate import Integration
 from humanoid_rail.result import Motion, Provenance, Samples, Status, Verdict
 from humanoid_rail.scene.scene import Scene, check_scene, start_of_scene
+from humanoid_rail.timing.lower_bound import least_duration_of
 from humanoid_rail.timing.time_optimal import limits_of
 from humanoid_rail.timing.timed_motion import TimedMotion, joined_motion
 from humanoid_rail.trajectory import Trajectory
@@ -119,21 +120,23 @@ def _result(
         reason += in_one_line(diagnosis, method)
     if status is not Status.REACHED:
         reason += _held(robot) + size_hint(robot, method, status)
+    found = Motion(
+        frozen(motion.t),
+        frozen(motion.q),
+        robot.joint_names,
+        None if timed is None else timed.timing(robot, limits_of(robot)),
+    )
     verdict = Verdict(
         status=status,
         reason=reason,
         certificate=certificate,
         violations=limit_violations(robot, *_joint_motions(motion, timed)),
         arrivals=segments.arrivals,
+        least_duration=least_duration_of(found, segments.arrivals, robot.velocity_limit),
         diagnosis=diagnosis,
     )
     return Trajectory(
-        motion=Motion(
-            frozen(motion.t),
-            frozen(motion.q),
-            robot.joint_names,
-            None if timed is None else timed.timing(robot, limits_of(robot)),
-        ),
+        motion=found,
         samples=Samples(
             hands=frozen(course.hands),
             hand_names=robot.hand_names,

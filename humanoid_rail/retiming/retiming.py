@@ -31,6 +31,7 @@ from humanoid_rail.planning.verification import check_robot
 from humanoid_rail.resampling import evaluate
 from humanoid_rail.result import MAX_SAMPLES, Motion, Retiming, Samples, Status, Verdict
 from humanoid_rail.scene.scene import Scene
+from humanoid_rail.timing.lower_bound import least_duration_of
 from humanoid_rail.timing.time_optimal import Limits
 from humanoid_rail.timing.timed_motion import TimedMotion, along_path, wanted_bound
 from humanoid_rail.trajectory import Trajectory
@@ -116,9 +117,10 @@ def _result(
     status, reason = _judged(trajectory, len(scene.steps), arrivals, float(t[-1]), longest, certificate)
     horizon = np.inf if trajectory.method.far_clearances else trajectory.method.epsilon
     course = NativeKinematics(robot, scene.obstacles).along(motion.q, horizon, t)
+    found = Motion(frozen(t), frozen(motion.q), robot.joint_names, motion.timing(robot, limits))
     hands, clearance, mu = frozen(course.hands), frozen(course.clearance), frozen(course.manipulability)
     return Trajectory(
-        motion=Motion(frozen(t), frozen(motion.q), robot.joint_names, motion.timing(robot, limits)),
+        motion=found,
         samples=Samples(hands, robot.hand_names, clearance, mu),
         verdict=Verdict(
             status=status,
@@ -126,6 +128,7 @@ def _result(
             certificate=certificate,
             violations=limit_violations(robot, motion.joint_motion),
             arrivals=arrivals,
+            least_duration=least_duration_of(found, arrivals, None),
             diagnosis=trajectory.diagnosis,
         ),
         provenance=replace(

@@ -37,7 +37,7 @@ def least_duration(stops: Array, velocity: Array, acceleration: Array) -> float:
 
 
 def least_duration_of(motion: Motion, arrivals: Sequence[float], velocity: Array | None) -> float | None:
-    """Return how long a motion takes at least that rests where this one does, s; None if the limits are not known.
+    """Return how long a motion takes at least that rests where this one does at its targets, s; None if unknown.
 
     Args:
         motion: The motion. If it has a timing, that has the limits.
