@@ -130,15 +130,18 @@ class Program:
     """Lower and upper position limits (m,)."""
     is_goal_free: bool
     """Whether the goal may move."""
-    free: Array
-    """E (M + d, F): control points change by E D."""
     pattern: _Pattern
     calm: sparse.csc_array
     """The matrix of the squared accelerations, in shares of the limits, for an interval of 1 s."""
 
     @property
+    def free(self) -> Array:
+        """E (M + d, F): control points change by E D."""
+        return self.pattern.free
+
+    @property
     def joints(self) -> int:
-        """M."""
+        """The number of joints that move, m."""
         return self.limits[0].size
 
     @property
@@ -195,7 +198,7 @@ def program(
     curvature = pattern.curvature
     calm = sparse.block_diag([curvature.T @ curvature.multiply(shares[:, None]), sparse.eye_array(2)], format="csc")
     calm.sort_indices()
-    return Program(degree, intervals, limits, box, is_goal_free, pattern.free, pattern, calm)
+    return Program(degree, intervals, limits, box, is_goal_free, pattern, calm)
 
 
 def _inequalities(
