@@ -6,7 +6,7 @@ ENGINE := $(wildcard engine/*.[hc]pp engine/*/*.[hc]pp)
 
 .DELETE_ON_ERROR:
 .PHONY: plan test lint docs docs-serve generate figures picture benchmark evaluation motions regression retiming \
-	certificates distances filter views urdfs meshes robots gallery sanitize clean
+	least-time certificates distances filter views urdfs meshes robots gallery sanitize clean
 
 plan: $(VENV)/plan-installed
 	@echo "A kitting round, several targets one after the other, retimed for a drive:"
@@ -68,6 +68,9 @@ motions: $(VENV)/test-installed
 # Planning times and results compared with those of another checkout in which `make plan` was run: BASE=its folder.
 regression: $(VENV)/test-installed
 	$(BIN)/python -m benchmarks.against $(BASE)
+
+least-time: $(VENV)/test-installed
+	$(BIN)/python -m benchmarks.least_time scenes/dev --readme docs/least_time.md
 
 retiming: $(VENV)/test-installed
 	$(BIN)/python -m benchmarks.retiming scenes/dev --figure docs/timing.png --readme docs/retime.md

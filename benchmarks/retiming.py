@@ -13,6 +13,7 @@ import numpy as np
 from benchmarks.evaluation import family_of
 from benchmarks.motions import largest_rates
 from humanoid_rail import (
+    Auto,
     Robot,
     Status,
     Trajectory,
@@ -68,7 +69,7 @@ class Row:
 def measure(robot: Robot, path: Path) -> Row:
     """Plan, retime and hold the result against the limits, sampled by SciPy."""
     scene = load_scene(path)
-    planned = plan(robot, scene)
+    planned = plan(robot, scene, Auto(optimise=False))
     started = time.perf_counter()
     motion = retime(planned, robot, scene)
     seconds = time.perf_counter() - started

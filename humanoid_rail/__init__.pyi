@@ -24,7 +24,7 @@ from .planning.verification import verify
 from .problem import Problem
 from .resolution.qp import Safety
 from .resolution.velocity import Gains
-from .result import Motion, Peak, Provenance, Retiming, Status, Timing, Verdict
+from .result import Motion, Optimisation, Peak, Provenance, Retiming, Status, Timing, Verdict
 from .retiming.retiming import retime
 from .samples import Samples
 from .scene.obstacles import Box, Capsule, HalfSpace, Mesh, Sphere
@@ -61,6 +61,7 @@ __all__ = [
     "Motion",
     "NativeKinematics",
     "NearPair",
+    "Optimisation",
     "Page",
     "Peak",
     "Plan",

@@ -176,6 +176,8 @@ class InverseKinematics:
 
     def pulled(self, goal: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], start: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], tasks: TaskStack, distance: float) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]: ...
 
+    def evaluate(self, q: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], tasks: TaskStack) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]]: ...
+
 class Contact:
     """A link that touches an obstacle or another link."""
 
@@ -492,6 +494,28 @@ class Follower:
 
     def contact(self) -> Nearest | None:
         """A pair that touches where the robot is. Not while it runs."""
+
+class ClearanceRows:
+    """The pairs that a small change of samples may bring too near."""
+
+    @property
+    def sample(self) -> Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C')]: ...
+
+    @property
+    def spare(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]: ...
+
+    @property
+    def gradient(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]: ...
+
+    @property
+    def least(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]: ...
+
+class MotionClearance:
+    """How near a robot is to everything at samples of a motion."""
+
+    def __init__(self, robot: Robot, obstacles: Obstacles) -> None: ...
+
+    def rows(self, samples: Annotated[NDArray[numpy.float64], dict(shape=(None, None), writable=False)], distance: float, horizon: float, reach: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)]) -> ClearanceRows: ...
 
 def library_call_seconds(robot: Robot, obstacles: Obstacles, configurations: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')], repeats: int) -> float:
     """

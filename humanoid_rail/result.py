@@ -92,7 +92,7 @@ class Peak:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Timing(FrozenArrays):
-    """The timing that :func:`humanoid_rail.retime` gives a motion. N samples, n joints.
+    """The timing of a motion that a drive can follow: of an optimised or retimed one. N samples, n joints.
 
     Between samples the motion is the cubic spline through positions and velocities. Its accelerations are continuous
     and linear between samples, so a controller that interpolates positions, velocities and accelerations by a spline of
@@ -124,7 +124,7 @@ class Motion(FrozenArrays):
     joint_names: tuple[str, ...]
     """The columns of q."""
     timing: Timing | None = None
-    """The timing of a retimed motion; None for the timing of the method, which is linear in q between samples."""
+    """The timing of an optimised or retimed motion; None for one that is linear in q between samples."""
 
 
 @dataclass(frozen=True)
@@ -141,6 +141,9 @@ class Verdict:
     """For each joint the worst excess over each of its limits."""
     arrivals: tuple[float, ...] = ()
     """When the hands are at each of the scene's targets in turn, s; those that were not reached are missing."""
+    least_duration: float | None = None
+    """A lower bound of the duration, s: how long each joint alone would take to the same configurations, from rest to
+    rest within its limits, from target to target; for a motion without a timing within those of velocity alone."""
     diagnosis: Diagnosis | None = None
     """Why the plan failed and what would help; None where it did not fail, or no native engine could look into it."""
 
@@ -160,6 +163,18 @@ class Search:
     raw: PathQuality | None
     """The first path of the sampling planner, before shortcutting and smoothing; None if no segment, or not every one,
     needed it."""
+
+
+@dataclass(frozen=True)
+class Optimisation:
+    """How `auto` came to a motion of least time; docs/least_time.md."""
+
+    steps: int
+    """The number of quadratic programs that were solved, for all segments together."""
+    optimised: int
+    """The number of segments that are optimised. The others follow their paths, as fast as the limits allow."""
+    reason: str = ""
+    """Why the motion has a timing that no drive can follow; empty if it has not."""
 
 
 @dataclass(frozen=True)
@@ -198,5 +213,7 @@ class Provenance:
     """Time that the certificate took, s."""
     retiming: Retiming | None = None
     """How the motion was retimed; None if it was not."""
+    optimisation: Optimisation | None = None
+    """How the motion was optimised; None if it was not to be."""
     c_mu: float | None = None
     """Gain of the manipulability's gradient for all hands together, also where the method leaves it to the robot."""

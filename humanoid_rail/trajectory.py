@@ -45,7 +45,7 @@ class Trajectory:
 
     def _repr_html_(self) -> str:
         """Return a table of what came of the plan, which notebooks show."""
-        return table_of(self.provenance, self.verdict, self.duration, len(self.t))
+        return table_of(self.provenance, self.verdict, (self.duration, self.least_duration), len(self.t))
 
     @property
     def t(self) -> Array:
@@ -64,7 +64,7 @@ class Trajectory:
 
     @property
     def timing(self) -> Timing | None:
-        """The timing of a retimed motion; None for the timing of the method, which is linear in q between samples."""
+        """The timing of an optimised or retimed motion; None for one that is linear in q between samples."""
         return self.motion.timing
 
     @property
@@ -163,13 +163,18 @@ class Trajectory:
         return float(self.t[-1])
 
     @property
+    def least_duration(self) -> float | None:
+        """A lower bound of the duration, s; None if it is not known. See :class:`Verdict`."""
+        return self.verdict.least_duration
+
+    @property
     def collision_free(self) -> bool:
         """Whether every clearance from an obstacle is at least 0 (eq. 3.3) at every sample; see also `certified`."""
         return bool((self.clearance >= 0).all())
 
     @property
     def limits_ok(self) -> bool:
-        """Whether positions and velocities keep the joint limits, and so do accelerations if it was retimed."""
+        """Whether positions and velocities keep the joint limits, and so do accelerations if it has a timing."""
         return not self.violations
 
     @property
@@ -200,7 +205,7 @@ class Trajectory:
     def configuration(self, t: float) -> Array:
         """Return q (n,) at a time in s; outside the motion the first or the last one.
 
-        Between samples it is linear, or a cubic if the motion was retimed.
+        Between samples it is linear, or a cubic if the motion has a timing.
         """
         q, _, _ = evaluate(self.motion, np.array([t], float))
         there: Array = q[0]
@@ -247,6 +252,7 @@ class Trajectory:
             "collision_free": self.collision_free,
             "limits_ok": self.limits_ok,
             "duration": self.duration,
+            "least_duration": self.least_duration,
             "min_clearance": self.min_clearance,
             "diagnosis": None if self.diagnosis is None else self.diagnosis.summary(),
             "certificate": None if certificate is None else asdict(certificate),
@@ -264,6 +270,7 @@ class Trajectory:
             "evaluations": self.evaluations,
             "planning_time": self.planning_time,
             "certification_time": self.certification_time,
+            "optimisation": None if self.provenance.optimisation is None else asdict(self.provenance.optimisation),
             "retiming": None if self.provenance.retiming is None else asdict(self.provenance.retiming),
             "joint_names": list(self.joint_names),
             "hand_names": list(self.hand_names),

@@ -14,31 +14,47 @@ GOOD, BAD = "#2e7d32", "#c62828"
 LEFT = "text-align:left"
 
 
-def table_of(provenance: Provenance, verdict: Verdict, duration: float, samples: int) -> str:
+def table_of(provenance: Provenance, verdict: Verdict, durations: tuple[float, float | None], samples: int) -> str:
     """Return a table in HTML: status, proof, limits, duration, method. Names are shown as text, whatever is in them.
 
     Args:
         provenance: Where the motion comes from.
         verdict: What came of it.
-        duration: How long it takes, s.
+        durations: How long it takes, and how long it would take at least, s; None if that is not known.
         samples: How many samples it has.
     """
     rows = "".join(
         f'<tr><th style="{LEFT}">{name}</th><td style="{LEFT};color:{colour}">{escape(text)}</td></tr>'
-        for name, text, colour in _rows(provenance, verdict, duration, samples)
+        for name, text, colour in _rows(provenance, verdict, durations, samples)
     )
     return f"<table><caption>{escape(provenance.scene)}</caption>{rows}</table>"
 
 
-def _rows(provenance: Provenance, verdict: Verdict, duration: float, samples: int) -> Iterator[tuple[str, str, str]]:
+def _rows(
+    provenance: Provenance, verdict: Verdict, durations: tuple[float, float | None], samples: int
+) -> Iterator[tuple[str, str, str]]:
     reached, certificate = verdict.status is Status.REACHED, verdict.certificate
     yield "status", f"{verdict.status}: {verdict.reason}", GOOD if reached else BAD
     yield "certified", _proof(certificate), GOOD if certificate is not None and certificate.certified else BAD
     joints = ", ".join(dict.fromkeys(violation.joint for violation in verdict.violations))
     yield "limits", f"exceeded: {joints}" if joints else "kept", BAD if joints else GOOD
-    retimed = "the method's own timing" if provenance.retiming is None else "retimed for a drive"
-    yield "duration", f"{duration:.4f} s, {samples} samples, {retimed}", "inherit"
+    yield "duration", f"{duration_text(*durations)}, {samples} samples, {timing_text(provenance)}", "inherit"
     yield "method", f"{provenance.method.name}, planned in {1e3 * provenance.planning_time:.1f} ms", "inherit"
+
+
+def duration_text(duration: float, least: float | None) -> str:
+    """Say how long a motion takes, and how long it would take at least, s."""
+    return f"{duration:.4f} s" if not least else f"{duration:.4f} s ({duration / least:.3f} times the lower bound)"
+
+
+def timing_text(provenance: Provenance) -> str:
+    """Say where the timing of a motion comes from."""
+    done = provenance.optimisation
+    if provenance.retiming is not None:
+        return "retimed"
+    if done is None or done.reason:
+        return "the method's own timing"
+    return "of least time" if done.optimised else "as fast along its path as limits allow"
 
 
 def _proof(certificate: Certificate | None) -> str:

@@ -57,7 +57,7 @@ def plans_of(name: str, robot: Robot, seeds: int) -> tuple[list[float], list[flo
         scene = load_scene(file)
         for seed in range(seeds):
             began = time.process_time()
-            motion = plan(robot, scene, Auto(seed=seed))
+            motion = plan(robot, scene, Auto(seed=seed, optimise=False))
             times.append(time.process_time() - began)
             proof = motion.certificate
             bound = 0.0 if proof is None or not proof.certified else proof.clearance_bound or 0.0

@@ -132,8 +132,8 @@ def free() -> Scene:
 
 @pytest.fixture(scope="session")
 def planned(robot: Robot, free: Scene) -> Trajectory:
-    """A motion in it."""
-    return humanoid_rail.plan(robot, free)
+    """A motion in it, linear between its samples."""
+    return humanoid_rail.plan(robot, free, humanoid_rail.Auto(optimise=False))
 
 
 @pytest.fixture(scope="session")

@@ -34,6 +34,7 @@ void bind_options(nb::module_& module);
 void bind_resolution(nb::module_& module);
 void bind_search(nb::module_& module);
 void bind_follower(nb::module_& module);
+void bind_optimisation(nb::module_& module);
 void bind_benchmark(nb::module_& module);
 
 inline void check_size(const char* what, Eigen::Index given, Eigen::Index size) {

@@ -75,7 +75,14 @@ void bind_kinematics(nb::module_& module) {
             check_configuration("start", start, self.constant().robot().n());
             return self.with([&](InverseKinematics& solver) { return solver.pulled(goal, start, tasks, distance); });
           },
-          "goal"_a, "start"_a, "tasks"_a, "distance"_a);
+          "goal"_a, "start"_a, "tasks"_a, "distance"_a)
+      .def(
+          "evaluate",
+          [](Guard& self, const Eigen::Ref<const Vector>& q, const TaskStack& tasks) {
+            check_configuration("q", q, self.constant().robot().n());
+            return self.with([&](InverseKinematics& solver) { return solver.evaluate(q, tasks); });
+          },
+          "q"_a, "tasks"_a);
 }
 
 }  // namespace humanoid_rail

@@ -28,6 +28,7 @@ NB_MODULE(_engine, module) {
   bind_resolution(module);
   bind_search(module);
   bind_follower(module);
+  bind_optimisation(module);
   bind_benchmark(module);
 }
 

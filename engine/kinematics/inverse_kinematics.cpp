@@ -91,6 +91,11 @@ double InverseKinematics::length(const Vector& step) const {
   return (scale_.array() > 0.0).select(step.array() / scale_.array(), 0.0).matrix().norm();
 }
 
+std::pair<Vector, Matrix> InverseKinematics::evaluate(const Eigen::Ref<const Vector>& q, const TaskStack& tasks) {
+  tasks.evaluate(scene_.move_to(q), 0.0, error_, jacobian_);
+  return {error_, jacobian_};
+}
+
 void InverseKinematics::keep_all_apart(double distance, Posture& here, double& left) {
   for (const Nearest& pair : scene_.pieces(seen_)) keep_apart(pair, distance, SPARE, here, left);
   for (const Nearest& pair : seen_.links) {

@@ -6,6 +6,8 @@
 // found is near where the search began. A joint whose step leads beyond a limit is held there.
 #pragma once
 
+#include <utility>
+
 #include "scene_kinematics.hpp"
 #include "task.hpp"
 
@@ -31,6 +33,8 @@ class InverseKinematics {
   // Returns a goal (n) nearer to a start (n), or the same one, by looking again and again from between the two.
   [[nodiscard]] Vector pulled(const Eigen::Ref<const Vector>& goal, const Eigen::Ref<const Vector>& start,
                               const TaskStack& tasks, double distance);
+  // The errors of the tasks at a configuration (n), and their Jacobian.
+  [[nodiscard]] std::pair<Vector, Matrix> evaluate(const Eigen::Ref<const Vector>& q, const TaskStack& tasks);
   [[nodiscard]] const Robot& robot() const { return scene_.robot(); }
 
  private:

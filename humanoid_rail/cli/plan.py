@@ -93,7 +93,8 @@ def command(
     The robot is that of --robot, else the one that SCENE names, else the paper's.
 
     The result is printed, and played back if there is a display. --out keeps it in a folder for `play`, `verify` and
-    `export`. The motion has the method's own timing, which starts at full speed; --retime gives it one for a drive.
+    `export`. By auto the motion is one of least time for a drive; --retime times its path anew. By other methods it has
+    the method's own timing, which starts at full speed, and --retime gives it one for a drive.
 
     Exit code: 0 if the targets are reached, 1 if not, 2 after bad input, 130 if interrupted.
     """

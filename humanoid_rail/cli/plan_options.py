@@ -27,7 +27,7 @@ GROUPS = {
         "engine",
     ),
     "Equation 4.9": ("epsilon", "c_mu", "c_kappa", "gain"),
-    "How fast": ("retimed", *RETIMING),
+    "How fast": ("optimise", "max_optimisation_steps", "retimed", *RETIMING),
     "Samples, and when to stop": ("dt", "tolerance", "max_time"),
     "Results": ("out", "page", "view"),
 }
@@ -58,6 +58,16 @@ METHOD_OPTIONS = (
         help=f"The most edges that auto checks before it gives up  [{Auto.max_edge_checks}]",
     ),
     click.option("--max-planning-time", type=float, help="When planning by auto is cut off, s  [never]"),
+    click.option(
+        "--optimise/--no-optimise",
+        default=None,
+        help="Whether auto makes a motion of least time for a drive, or is quicker  [yes]",
+    ),
+    click.option(
+        "--max-optimisation-steps",
+        type=int,
+        help=f"The most steps of that for each segment  [{Auto.max_optimisation_steps}]",
+    ),
     click.option("--seed", type=int, help="Seed of the random numbers of auto  [0]"),
     click.option("--engine", help=f"Of gradient-projection: {' or '.join(ENGINES)}  [native]"),
     click.option("--epsilon", type=float, help="Activation distance of the obstacle penalty, m  [1.0]"),

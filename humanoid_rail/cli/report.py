@@ -15,6 +15,7 @@ from humanoid_rail.kinematics.path_metric import PathQuality
 from humanoid_rail.model.pairs import NEITHER_MOVES, UncheckedPair
 from humanoid_rail.result import SO_FAR, Status
 from humanoid_rail.trajectory import Trajectory
+from humanoid_rail.trajectory_html import duration_text, timing_text
 
 NO_ENGINE = "nothing can be proven without the native engine"
 """This is said of a motion that has no certificate."""
@@ -33,7 +34,7 @@ def report_plan(title: str, trajectory: Trajectory) -> None:
         *_diagnosis(trajectory.diagnosis),
         ("certified", _certified(certificate, float(trajectory.t[0]), float(trajectory.t[-1]), _as_far(trajectory))),
         *_limits(trajectory),
-        ("duration", f"{trajectory.duration:.4f} s"),
+        ("duration", duration_text(trajectory.duration, trajectory.least_duration)),
         *_timing(trajectory),
         ("method", trajectory.method.name + _found_by(trajectory)),
         *_clearances(certificate),
@@ -145,9 +146,12 @@ def _shortened(names: Sequence[str], first: int, what: str = "") -> str:
 def _timing(trajectory: Trajectory) -> Iterator[tuple[str, str]]:
     """Say how fast a motion is, and how near that comes to the limits."""
     if trajectory.timing is None:
-        yield "timing", "the method's own; retime it before a drive runs it (--retime)"
+        done = trajectory.provenance.optimisation
+        why = f", as {done.reason}" if done is not None else ""
+        yield "timing", f"the method's own{why}; retime it before a drive runs it (--retime)"
         return
-    yield "timing", "retimed: within limits of velocity and acceleration, at rest at both ends"
+    limits = "within limits of velocity and acceleration, at rest at both ends"
+    yield "timing", f"{timing_text(trajectory.provenance)}: {limits}"
     for quantity, per in (("velocity", "s"), ("acceleration", "s^2"), ("jerk", "s^3")):
         rows = [
             (getattr(peak, quantity), getattr(peak, f"{quantity}_limit"), peak.joint)

@@ -24,7 +24,7 @@ from humanoid_rail.kinematics.state import Course
 from humanoid_rail.model.pairs import UncheckedPair
 from humanoid_rail.planning.methods import METHODS
 from humanoid_rail.planning.options import PlanningMethod
-from humanoid_rail.result import Motion, Peak, Provenance, Retiming, Search, Status, Timing, Verdict
+from humanoid_rail.result import Motion, Optimisation, Peak, Provenance, Retiming, Search, Status, Timing, Verdict
 from humanoid_rail.samples import Samples, known_samples
 from humanoid_rail.trajectory import Trajectory
 
@@ -121,6 +121,7 @@ def _verdict(summary: Mapping[str, Any]) -> Verdict:
         certificate=_certificate(summary["certificate"]),
         violations=tuple(Violation(**violation) for violation in summary["violations"]),
         arrivals=tuple(summary["arrivals"]),
+        least_duration=summary.get("least_duration"),
         diagnosis=read_diagnosis(summary.get("diagnosis")),
     )
 
@@ -148,6 +149,7 @@ def _provenance(summary: Mapping[str, Any]) -> Provenance:
         planning_time=summary["planning_time"],
         certification_time=summary["certification_time"],
         c_mu=summary.get("c_mu"),
+        optimisation=None if (done := summary.get("optimisation")) is None else Optimisation(**done),
         retiming=None if summary["retiming"] is None else Retiming(**summary["retiming"]),
     )
 

@@ -85,8 +85,13 @@ class InverseKinematics:
         nearer: Array = self._native.pulled(goal, start, self._stack_of(tasks), distance)
         return nearer
 
+    def evaluate(self, q: Array, tasks: Sequence[Task]) -> tuple[Array, Array]:
+        """Return the errors (r,) of tasks at a configuration (n,), m and rad, and their Jacobian (r, n)."""
+        error, jacobian = self._native.evaluate(q, self._stack_of(tasks))
+        return error, jacobian
+
     def _stack_of(self, tasks: Sequence[Task]) -> object:
-        # The same tasks are looked for from many starts.
+        # The same tasks are asked for again and again.
         stack = self._stack
         if stack is None or stack[0] is not tasks:
             stack = self._stack = tasks, native_tasks(self.robot, tasks, self._state_at)

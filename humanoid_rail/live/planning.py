@@ -1,4 +1,4 @@
-"""A plan for the world as it is: planned, retimed and certified."""
+"""A plan for the world as it is: planned, timed and certified."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Planned:
     motion: Trajectory | None
     """The plan with a timing for drives; None where there is none."""
     seconds: float
-    """How long planning, retiming and certifying took, s."""
+    """How long planning, timing and certifying took, s."""
     error: str = ""
     """Why there is no plan or no timing."""
 
@@ -45,7 +45,7 @@ class Planned:
         shown = self.motion or self.trajectory
         if (certificate := shown.certificate) is not None and certificate.clearance_bound is not None:
             lines.append(f"clearance at least {1000 * certificate.clearance_bound:.1f} mm")
-        lines.append(f"{shown.duration:.2f} s of motion, {1000 * self.seconds:.0f} ms to plan, retime and certify")
+        lines.append(f"{shown.duration:.2f} s of motion, {1000 * self.seconds:.0f} ms to plan, time and certify")
         if self.trajectory.status is not Status.REACHED:
             lines.append(plain(self.trajectory.reason))
         if self.error:
@@ -67,7 +67,7 @@ def planned(robot: Robot, scene: Scene, start: Array, method: str) -> Planned:
     try:
         trajectory = plan(robot, there, chosen)
         if trajectory.status is Status.REACHED:
-            motion = retime(trajectory, robot, there)
+            motion = trajectory if trajectory.timing is not None else retime(trajectory, robot, there)
     except HumanoidRailError as refused:
         error = str(refused)
     return Planned(trajectory, motion, time.perf_counter() - began, error)

@@ -28,8 +28,9 @@ from humanoid_rail.planning.options import (
     checked_whole,
     found_by,
 )
+from humanoid_rail.planning.timed_plan import with_least_time
 from humanoid_rail.problem import Problem
-from humanoid_rail.resolution.integrate import integrate
+from humanoid_rail.resolution.integrate import Settings, integrate
 from humanoid_rail.resolution.native_velocity import integrate_natively
 from humanoid_rail.resolution.qp import Equality, Safety
 from humanoid_rail.resolution.rollout import rollout
@@ -43,6 +44,8 @@ from humanoid_rail.search.reachability import followed, followed_gains, turning
 
 LARGEST_SEED = 2**31 - 1
 """The largest seed, and the largest number of edge checks: such numbers are passed on as 32 bits."""
+MOST_STEPS = 1000
+"""The largest number of steps of the optimisation."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,8 +123,8 @@ class SafeVelocity(SafeOptions):
 class Auto(SafeOptions):
     """Global planning where the local method gets stuck: `qp` first, then sampled paths, shortened and smoothed.
 
-    The motion follows its path as fast as the speed limits allow. Among obstacles that move it is `qp`. See
-    docs/auto.md.
+    The path is made a motion of least time within the limits of velocity, acceleration and jerk, at rest at its ends
+    and at the targets of each step: docs/least_time.md. Among obstacles that move the motion is `qp`. See docs/auto.md.
 
     Raises:
         InvalidInput: If there is no such option, or one is not valid.
@@ -135,6 +138,13 @@ class Auto(SafeOptions):
     """Planning all segments together is cut off after this time, s; then the status is `planning_timeout`."""
     seed: int = 0
     """Seed of the random numbers, from 0 to 2^31 - 1. The same seed gives the same plan, bit for bit."""
+    optimise: bool = True
+    """Whether to make a motion of least time that a drive can follow. If not, planning is quicker, and the motion
+    follows its path as fast as the speed limits allow: accelerations are not limited. Where a joint that moves has no
+    acceleration limit, or obstacles move, it is as if this were false."""
+    max_optimisation_steps: int = 12
+    """The most quadratic programs to solve for each segment, besides those of repairs. What is found depends on this
+    number, never on time; with 0 the motion follows its path."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -145,6 +155,10 @@ class Auto(SafeOptions):
         object.__setattr__(self, "seed", checked_whole("seed", self.seed, 0, LARGEST_SEED))
         checks = checked_whole("max_edge_checks", self.max_edge_checks, 1, LARGEST_SEED)
         object.__setattr__(self, "max_edge_checks", checks)
+        if not isinstance(self.optimise, bool):
+            raise InvalidInput("optimise", self.optimise, "True or False")
+        steps = checked_whole("max_optimisation_steps", self.max_optimisation_steps, 0, MOST_STEPS)
+        object.__setattr__(self, "max_optimisation_steps", steps)
 
     def check(self, scene: Scene) -> None:
         """Check that hands are turned only among obstacles at rest.
@@ -156,9 +170,18 @@ class Auto(SafeOptions):
             check_no_turns(scene)
 
     def plan(self, problem: Problem, number: int = 0, spent: float = 0.0, moved: float = 0.0) -> Planned:
-        """Look for a path and follow it; see :meth:`PlanningMethod.plan`."""
+        """Look for a path, and follow it in the least time; see :meth:`PlanningMethod.plan`."""
         started, left = time.perf_counter(), max(self.max_planning_time - spent, 0.0)
         settings = self._settings(moved, max_planning_time=left, max_planning_time_of_all=self.max_planning_time)
+        planned = self._plan_path(problem, number, settings)
+        if not self.optimise or not at_rest(problem.obstacles):
+            return planned
+        steps, deadline = self.max_optimisation_steps, started + left
+        return with_least_time(planned, problem, self.safety_distance, steps, settings, deadline)
+
+    def _plan_path(self, problem: Problem, number: int, settings: Settings) -> Planned:
+        """Look for a path and follow it as fast as the speed limits allow."""
+        started, left = time.perf_counter(), settings.max_planning_time
         tasks, gains = followed(problem.tasks), followed_gains(self.gains, problem.tasks)
         if not at_rest(problem.obstacles):
             if len(tasks) < len(problem.tasks):

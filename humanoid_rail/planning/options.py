@@ -17,9 +17,10 @@ from humanoid_rail.problem import Problem
 from humanoid_rail.resolution.integrate import Integration, Settings
 from humanoid_rail.resolution.qp import Safety
 from humanoid_rail.resolution.velocity import Gains, Objective
-from humanoid_rail.result import MAX_SAMPLES, Method, Search, Status
+from humanoid_rail.result import MAX_SAMPLES, Method, Optimisation, Search, Status
 from humanoid_rail.scene.scene import Scene, field_of_step
 from humanoid_rail.scene.targets import Pose, is_oriented
+from humanoid_rail.timing.timed_motion import TimedMotion
 
 ENGINES = ("native", "python")
 """Gradient projection is computed by one of these: C++, or the Python that is there to be read."""
@@ -37,6 +38,10 @@ class Planned:
     """What `auto` did to find it."""
     explored: Array | None = None
     """Configurations (K, n) to which the sampling planner has paths where none leads to the targets."""
+    timed: TimedMotion | None = None
+    """The motion with a timing that a drive can follow; None for one that is linear between its samples."""
+    optimisation: Optimisation | None = None
+    """How it was optimised; None if it was not to be."""
 
 
 @runtime_checkable

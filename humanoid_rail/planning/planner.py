@@ -10,7 +10,7 @@ from humanoid_rail._native import why_no_engine
 from humanoid_rail.collision.certificate import Certificate
 from humanoid_rail.collision.certifier import bound_resolution, certify, least_distance
 from humanoid_rail.errors import check_kind
-from humanoid_rail.kinematics.joint_limits import limit_violations, sampled
+from humanoid_rail.kinematics.joint_limits import JointMotion, limit_violations, sampled
 from humanoid_rail.kinematics.state import KinematicsModel
 from humanoid_rail.kinematics.task_stack import count_rows
 from humanoid_rail.model.robot import Robot
@@ -22,9 +22,13 @@ from humanoid_rail.planning.size import check_size, size_hint
 from humanoid_rail.planning.start import check_start, warn_of_depth
 from humanoid_rail.planning.units import warn_of_units
 from humanoid_rail.problem import Problem
+from humanoid_rail.resolution.integrate import Integration
 from humanoid_rail.result import Motion, Provenance, Status, Verdict
 from humanoid_rail.samples import samples_along
 from humanoid_rail.scene.scene import Scene, check_scene, start_of_scene
+from humanoid_rail.timing.lower_bound import least_duration_of
+from humanoid_rail.timing.time_optimal import limits_of
+from humanoid_rail.timing.timed_motion import TimedMotion, joined_motion
 from humanoid_rail.trajectory import Trajectory
 
 UNPROVEN = "the native engine, which proves motions free of contact, is not installed"
@@ -45,8 +49,9 @@ def plan(robot: Robot, scene: Scene, method: PlanningMethod | str = "auto") -> T
     Returns:
         The trajectory up to where it got, with the status of its last segment, a reason and a certificate of what is
         proven of the motion, including between samples; see :func:`verify`. By `qp` and `auto` a motion whose
-        certificate fails is not `reached`. Its timing is the method's own; :func:`retime` gives one that a drive can
-        follow.
+        certificate fails is not `reached`. By `auto` it is a motion of least time that a drive can follow, unless its
+        provenance says why it is not; by other methods its timing is the method's own, and :func:`retime` gives one
+        that a drive can follow.
 
     Raises:
         InvalidInput: If an argument is not valid, the scene is not one for this robot, or the start is outside the
@@ -104,9 +109,8 @@ def _result(
 ) -> Trajectory:
     """Return a motion as a trajectory, with the verdict on it."""
     robot, motion = kinematics.robot, segments.motion
-    begun = time.perf_counter()
-    certificate = None if why_no_engine() else certify(robot, scene.obstacles, motion.t, motion.q)
-    certified = time.perf_counter()
+    timed = None if segments.timed is None else joined_motion(robot, scene.obstacles, segments.timed)
+    certificate, certification_time = _certified(robot, scene, motion, timed)
     status, reason = judged(certificate, method.kept_distance, motion.status, motion.reason)
     planning_time, diagnosis = time.perf_counter() - started, None
     if segments.unreached is not None and certificate is not None:
@@ -114,19 +118,24 @@ def _result(
         reason += in_one_line(diagnosis, method, scene.obstacles)
     if status is not Status.REACHED:
         reason += _held(robot) + size_hint(robot, method, status)
+    found = Motion(
+        frozen(motion.t),
+        frozen(motion.q),
+        robot.joint_names,
+        None if timed is None else timed.timing(robot, limits_of(robot)),
+    )
     verdict = Verdict(
         status=status,
         reason=reason,
         certificate=certificate,
-        # Between samples a motion is linear; how fast it is at the integrator's own steps does not depend on dt.
-        violations=limit_violations(robot, sampled(motion.t, motion.q), motion.visited),
+        violations=limit_violations(robot, *_joint_motions(motion, timed)),
         arrivals=segments.arrivals,
+        least_duration=least_duration_of(found, segments.arrivals, robot.velocity_limit),
         diagnosis=diagnosis,
     )
-    t, q = frozen(motion.t), frozen(motion.q)
     return Trajectory(
-        motion=Motion(t, q, robot.joint_names),
-        samples=samples_along(robot, scene.obstacles, t, q, method, method.engine),
+        motion=found,
+        samples=samples_along(robot, scene.obstacles, found.t, found.q, method, method.engine),
         verdict=verdict,
         provenance=Provenance(
             scene=scene.name,
@@ -137,12 +146,32 @@ def _result(
             search=segments.search,
             evaluations=motion.evaluations,
             planning_time=planning_time,
-            certification_time=certified - begun,
+            certification_time=certification_time,
+            optimisation=segments.optimisation,
             c_mu=method.gains.c_mu_of(robot),
         ),
         robot=robot,
         scene=scene,
     )
+
+
+def _certified(
+    robot: Robot, scene: Scene, motion: Integration, timed: TimedMotion | None
+) -> tuple[Certificate | None, float]:
+    """Return what is proven of a motion, None where nothing can be, and how long that took, s."""
+    if timed is not None:
+        return timed.certificate, timed.certification_time
+    began = time.perf_counter()
+    certificate = None if why_no_engine() else certify(robot, scene.obstacles, motion.t, motion.q)
+    return certificate, time.perf_counter() - began
+
+
+def _joint_motions(motion: Integration, timed: TimedMotion | None) -> tuple[JointMotion, ...]:
+    """Return what of a motion is held against the limits."""
+    if timed is not None:
+        return (timed.joint_motion,)
+    # Between samples it is linear; how fast it is at the integrator's own steps does not depend on dt.
+    return sampled(motion.t, motion.q), motion.visited
 
 
 def judged(

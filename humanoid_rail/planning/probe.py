@@ -55,7 +55,8 @@ class Probe:
         self.solves = self.plans = 0
         self.starts = [*near, *islice(seeds(self.robot, problem.q, np.random.default_rng(0)), STARTS)]
         chosen = method if isinstance(method, Auto) else Auto(safety_distance=self.kept, tolerance=0.01)
-        self._method = replace(chosen, gain=1.0)
+        # What counts is whether there is a path.
+        self._method = replace(chosen, gain=1.0, optimise=False)
         self._solvers: dict[tuple[int, int], InverseKinematics] = {}
 
     @property

@@ -17,9 +17,10 @@ from humanoid_rail.planning.options import Planned, PlanningMethod
 from humanoid_rail.planning.target_tasks import tasks_of
 from humanoid_rail.problem import Problem
 from humanoid_rail.resolution.integrate import Integration
-from humanoid_rail.result import Search, Status
+from humanoid_rail.result import Optimisation, Search, Status
 from humanoid_rail.scene.obstacles import moved
 from humanoid_rail.scene.scene import Scene
+from humanoid_rail.timing.timed_motion import TimedMotion
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +43,9 @@ class Segments:
     path: PathQuality
     arrivals: tuple[float, ...]
     """When each segment that reached its targets ends, s."""
+    timed: tuple[TimedMotion, ...] | None = None
+    """The segments with timings that a drive can follow; None unless each one has such a timing."""
+    optimisation: Optimisation | None = None
     unreached: Unreached | None = None
     """The segment at which planning ended; None if all targets are reached, or time was up before it."""
 
@@ -113,7 +117,26 @@ def joined(robot: Robot, planned: Sequence[Planned], count: int) -> Segments:
         path=path_quality(robot, *(motion.q for motion in motions)),
         search=_joined_search([segment.search for segment in planned if segment.search is not None]),
         arrivals=tuple(end for motion, end in zip(motions, ends, strict=True) if motion.status is Status.REACHED),
+        timed=_timed(planned),
+        optimisation=_joined_optimisation(planned),
     )
+
+
+def _timed(planned: Sequence[Planned]) -> tuple[TimedMotion, ...] | None:
+    timed = tuple(segment.timed for segment in planned if segment.timed is not None)
+    return timed if len(timed) == len(planned) else None
+
+
+def _joined_optimisation(planned: Sequence[Planned]) -> Optimisation | None:
+    """Return what is said of the optimisation of several segments as one."""
+    done = [segment.optimisation for segment in planned if segment.optimisation is not None]
+    if not done:
+        return None
+    reasons = [one.reason for one in done if one.reason]
+    if not reasons and _timed(planned) is None:
+        reasons = ["the last targets are not reached"]
+    steps, optimised = sum(one.steps for one in done), sum(one.optimised for one in done)
+    return Optimisation(steps, optimised, "; ".join(dict.fromkeys(reasons)))
 
 
 def _joined_motion(motions: Sequence[Integration], ends: Sequence[float], count: int) -> Integration:

@@ -14,38 +14,28 @@ from collections.abc import Sequence
 from dataclasses import replace
 from importlib import import_module
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from humanoid_rail._arrays import Array, frozen
 from humanoid_rail.collision.certificate import Certificate
-from humanoid_rail.collision.certifier import bound_resolution, certify
 from humanoid_rail.errors import InvalidInput, check_kind, checked_number, told_apart
-from humanoid_rail.kinematics.joint_limits import JointMotion, limit_violations
-from humanoid_rail.kinematics.path_metric import STANDSTILL, path_length, path_quality
+from humanoid_rail.kinematics.joint_limits import limit_violations
+from humanoid_rail.kinematics.path_metric import path_quality
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.planner import judged
 from humanoid_rail.planning.segments import arrival
 from humanoid_rail.planning.verification import check_robot
 from humanoid_rail.resampling import evaluate
-from humanoid_rail.result import MAX_SAMPLES, Motion, Peak, Retiming, Status, Timing, Verdict
-from humanoid_rail.retiming.bspline import fastest_in_between, peaks, samples
-from humanoid_rail.retiming.rest_to_rest import follow
-from humanoid_rail.retiming.smooth_path import deviation, smooth_path
-from humanoid_rail.retiming.time_optimal import Limits
+from humanoid_rail.result import MAX_SAMPLES, Motion, Retiming, Status, Verdict
 from humanoid_rail.samples import samples_along
 from humanoid_rail.scene.scene import Scene
+from humanoid_rail.timing.lower_bound import least_duration_of
+from humanoid_rail.timing.time_optimal import Limits
+from humanoid_rail.timing.timed_motion import TimedMotion, along_path, wanted_bound
 from humanoid_rail.trajectory import Trajectory
 
-SPACINGS = (0.05, 0.025, 0.0125, 0.006, 0.003)
-"""The control points of the path's spline are this far apart in turn, until the certificate is as good as the plan's;
-lengths in s, joint coordinates in units of their speed limits."""
-DEVIATION = 0.01
-"""The smooth path is no farther than this from the planned one, s, joint coordinates in units of their speed limits."""
-CUT = 0.005
-"""The motion is no farther than this from the smooth path, s, and nearer the more closely the path is followed."""
 FINE = 5e-3
 """The points of a path that is taken from a retimed motion are this far apart in time, s."""
 LONGEST_STEP = 10.0
@@ -56,19 +46,6 @@ SMALLEST_LIMIT = 1e-6
 """A limit of velocity, acceleration or jerk that is given has to be at least this; SI units."""
 LARGEST_LIMIT = 1e9
 """A limit of velocity, acceleration or jerk that is given has to be at most this, or infinite; SI units."""
-
-
-class _Timed(NamedTuple):
-    """A motion at its samples, and what is proven of it."""
-
-    t: Array
-    q: Array
-    velocity: Array
-    acceleration: Array
-    ends: list[int]
-    """The samples at which its segments end."""
-    certificate: Certificate
-    certification_time: float
 
 
 def retime(
@@ -123,31 +100,32 @@ def retime(
     limits = _limits(robot, share, velocity_limit, acceleration_limit, jerk_limit)
     segments = _segments(trajectory)
     _check_moving(robot, segments, limits)
-    motion = _certified_motion(robot, scene, segments, limits, step, rest, _wanted(trajectory))
-    retimed = _result(trajectory, robot, scene, motion, step, longest, limits)
+    wanted = wanted_bound(trajectory.certificate, trajectory.method.kept_distance)
+    motion = along_path(robot, scene.obstacles, segments, limits, step, rest, wanted)
+    retimed = _result(trajectory, robot, scene, motion, longest, limits)
     spent = trajectory.planning_time + time.perf_counter() - started
     done = Retiming(step, share, rest)
     return replace(retimed, provenance=replace(retimed.provenance, planning_time=spent, retiming=done))
 
 
 def _result(
-    trajectory: Trajectory, robot: Robot, scene: Scene, motion: _Timed, dt: float, longest: float, limits: Limits
+    trajectory: Trajectory, robot: Robot, scene: Scene, motion: TimedMotion, longest: float, limits: Limits
 ) -> Trajectory:
     """Return a retimed motion as a trajectory, with a verdict of its own."""
     t, q, certificate = frozen(motion.t), frozen(motion.q), motion.certificate
     arrivals = tuple(float(t[end]) for end in motion.ends[: len(trajectory.arrivals)])
     status, reason = _judged(trajectory, len(scene.steps), arrivals, float(t[-1]), longest, certificate)
-    fastest = fastest_in_between(motion.velocity, motion.acceleration, dt)
-    timing = Timing(frozen(motion.velocity), frozen(motion.acceleration), _peaks(robot, motion, dt, limits))
+    found = Motion(t, q, robot.joint_names, motion.timing(robot, limits))
     return Trajectory(
-        motion=Motion(t, q, robot.joint_names, timing),
+        motion=found,
         samples=samples_along(robot, scene.obstacles, t, q, trajectory.method),
         verdict=Verdict(
             status=status,
             reason=reason,
             certificate=certificate,
-            violations=limit_violations(robot, JointMotion(t, q, fastest, motion.acceleration)),
+            violations=limit_violations(robot, motion.joint_motion),
             arrivals=arrivals,
+            least_duration=least_duration_of(found, arrivals, None),
             diagnosis=trajectory.diagnosis,
         ),
         provenance=replace(
@@ -229,61 +207,3 @@ def _check_moving(robot: Robot, segments: Sequence[Array], limits: Limits) -> No
             if not limit[j] > 0 or (name == "acceleration_limit" and not np.isfinite(limit[j])):
                 valid = "finite and greater than 0 for a joint that moves: give the argument, or the limit in the URDF"
                 raise InvalidInput(f"{name} ({robot.joint_names[j]})", float(limit[j]), valid)
-
-
-def _wanted(trajectory: Trajectory) -> float:
-    """Return the bound that a certificate has to come up to, m: the plan's, but no more than it was asked to keep."""
-    certificate, asked = trajectory.certificate, trajectory.method.kept_distance
-    if certificate is None or not trajectory.certified:
-        return -np.inf
-    bound = certificate.kept_bound
-    if bound is None:  # nothing is to keep the safety distance, but nothing may touch either
-        return 0.0
-    return min(bound, np.inf if asked is None else asked) - bound_resolution()
-
-
-def _certified_motion(
-    robot: Robot,
-    scene: Scene,
-    segments: Sequence[Array],
-    limits: Limits,
-    dt: float,
-    dwell: float,
-    wanted: float,
-) -> _Timed:
-    """Return the motion that follows the segments no more closely than it has to for its bound to be as wanted, m.
-
-    If that cannot be had, it is the motion with the largest bound.
-    """
-    best, largest = None, -np.inf
-    for spacing in SPACINGS:
-        paths = [
-            smooth_path(robot, path, spacing) if path_length(robot, path) > STANDSTILL else None for path in segments
-        ]
-        pairs = zip(segments, paths, strict=True)
-        strays = (deviation(robot, path, smooth) for path, smooth in pairs if smooth is not None)
-        if max(strays, default=0.0) > DEVIATION and spacing > SPACINGS[-1]:
-            continue
-        control, ends = follow(robot, segments, paths, limits, dt, dwell, CUT * spacing / SPACINGS[0])
-        q, velocity, acceleration = samples(control, dt)
-        t = np.arange(len(q), dtype=float) * dt
-        began = time.perf_counter()
-        certificate = certify(robot, scene.obstacles, t, q, velocity)
-        motion = _Timed(t, q, velocity, acceleration, ends, certificate, time.perf_counter() - began)
-        bound = certificate.kept_bound
-        if bound is None:  # there is nothing to touch, or nothing is known
-            bound = np.inf if certificate.certified else -np.inf
-        if best is None or bound > largest:
-            best, largest = motion, bound
-        if bound >= wanted:
-            break
-    assert best is not None  # the last spacing is always tried
-    return best
-
-
-def _peaks(robot: Robot, motion: _Timed, dt: float, limits: Limits) -> tuple[Peak, ...]:
-    columns = zip(
-        *(part for pair in zip(peaks(motion.velocity, motion.acceleration, dt), limits, strict=True) for part in pair),
-        strict=True,
-    )
-    return tuple(Peak(name, *(float(x) for x in row)) for name, row in zip(robot.joint_names, columns, strict=True))

@@ -10,6 +10,7 @@ from humanoid_rail.diagnosis import besides
 from humanoid_rail.result import SO_FAR, Status
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.trajectory import Trajectory
+from humanoid_rail.trajectory_html import timing_text
 from humanoid_rail.viewer.closest_pairs import Closest
 from humanoid_rail.viewer.colours import CLEARANCE_SCALE, PENETRATION_COLOUR
 
@@ -42,6 +43,10 @@ def caption(name: str, trajectory: Trajectory, closest: Sequence[Closest], *, ma
         method += f", found by {trajectory.found_by}"
     if (retiming := provenance.retiming) is not None:
         method += f", retimed at {retiming.speed:.0%} of the speed limits"
+    elif trajectory.timing is not None:
+        method += f", {timing_text(provenance)}"
+    if least := trajectory.least_duration:
+        method += f", {trajectory.duration / least:.2f} times the least duration of each joint alone"
     pairs = "; ".join(f"{pair.link} \u2013 {pair.other}, {pair.distance:.3f} m at {pair.t:.2f} s" for pair in closest)
     lines = [note, f"closest: {pairs}" if pairs else ""]
     why = "" if reached else _why(trajectory)

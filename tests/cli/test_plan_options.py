@@ -98,7 +98,11 @@ def test_the_report_begins_with_what_matters(capfd: pytest.CaptureFixture[str]) 
     found = rows(ran)
     assert [name for name, _ in found[:4]] == ["status", "certified", "limits", "duration"]
     assert found[0][1].startswith("reached: ")
-    assert ("timing", "the method's own; retime it before a drive runs it (--retime)") in found
+    assert "times the lower bound" in found[3][1]
+    timing = dict(found)["timing"]
+    assert timing == "of least time: within limits of velocity and acceleration, at rest at both ends"
+    quick = rows(Ran(capfd, "plan", SCENE, "--no-optimise", "--no-view"))
+    assert ("timing", "the method's own; retime it before a drive runs it (--retime)") in quick
     names = [name for name, _ in rows(Ran(capfd, "plan", SCENE, "--retime", "--no-view"))]
     assert {"peak velocity", "peak acceleration", "peak jerk"} <= set(names)
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from conftest import points, random_q
+from conftest import assert_gradient, points, random_q
 
 from humanoid_rail import NativeKinematics, Robot, Sphere
 from humanoid_rail.kinematics.inverse_kinematics import InverseKinematics
@@ -73,3 +73,13 @@ def test_bad_arguments_are_refused(robot: Robot) -> None:
     for start in (np.zeros(3), np.full(12, np.nan)):
         with pytest.raises(ValueError, match="needs"):
             solver.solve(start, points(np.zeros(6)), 0.0)
+
+
+def test_errors_of_tasks_come_with_their_jacobian(robot: Robot, rng: np.random.Generator) -> None:
+    solver = InverseKinematics(robot, OBSTACLES)
+    tasks = points(dh_hands(random_q(robot, rng)))
+    for _ in range(5):
+        q = random_q(robot, rng)
+        error, jacobian = solver.evaluate(q, tasks)
+        np.testing.assert_allclose(error, dh_hands(q) - np.ravel([task.target for task in tasks]), atol=1e-9)
+        assert_gradient(lambda x: solver.evaluate(x, tasks)[0], jacobian, q)

@@ -38,7 +38,15 @@ COMMON = {
     "far_clearances",
 }
 OWN = {
-    Auto: {"safety_distance", "damper_gain", "max_edge_checks", "max_planning_time", "seed"},
+    Auto: {
+        "safety_distance",
+        "damper_gain",
+        "max_edge_checks",
+        "max_planning_time",
+        "seed",
+        "optimise",
+        "max_optimisation_steps",
+    },
     SafeVelocity: {"safety_distance", "damper_gain", "equalities"},
     GradientProjection: {"rtol", "atol", "engine"},
 }

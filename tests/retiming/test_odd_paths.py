@@ -7,10 +7,10 @@ import pytest
 from conftest import changed
 
 from humanoid_rail import InvalidInput, Robot, Scene, Trajectory, retime
-from humanoid_rail.retiming import rest_to_rest
-from humanoid_rail.retiming.cautious_profile import cautious_speed
-from humanoid_rail.retiming.smooth_path import smooth_path
-from humanoid_rail.retiming.time_optimal import Limits, fastest_profile
+from humanoid_rail.timing import rest_to_rest
+from humanoid_rail.timing.cautious_profile import cautious_speed
+from humanoid_rail.timing.smooth_path import smooth_path
+from humanoid_rail.timing.time_optimal import Limits, fastest_profile
 
 
 def odd_path(robot: Robot, rng: np.random.Generator, kind: int) -> np.ndarray:
@@ -80,7 +80,7 @@ def test_without_an_answer_of_toppra_there_is_still_a_motion(
     robot: Robot, planned: Trajectory, free: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     expected = retime(planned, robot, free).duration
-    monkeypatch.setattr("humanoid_rail.retiming.time_optimal._speed", lambda *_: None)
+    monkeypatch.setattr("humanoid_rail.timing.time_optimal._speed", lambda *_: None)
     retimed = retime(planned, robot, free)
     assert (retimed.status, retimed.limits_ok, retimed.certified) == ("reached", True, True)
     assert retimed.duration <= 1.5 * expected

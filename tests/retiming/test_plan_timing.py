@@ -33,9 +33,10 @@ def test_a_retimed_plan_is_for_drives(tmp_path: Path, capfd: pytest.CaptureFixtu
 def test_a_plan_has_the_timing_of_its_method_unless_told_otherwise(
     tmp_path: Path, capfd: pytest.CaptureFixture[str], method: str
 ) -> None:
-    ran = Ran(capfd, "plan", SCENE, "--method", method, "--out", tmp_path / "own", "--no-view")
+    quick = ["--no-optimise"] if method == "auto" else []
+    ran = Ran(capfd, "plan", SCENE, "--method", method, *quick, "--out", tmp_path / "own", "--no-view")
     assert "the method's own; retime it before a drive runs it" in ran.out
-    Ran(capfd, "plan", SCENE, "--method", method, "--retime", "--out", tmp_path / "fastest", "--no-view")
+    Ran(capfd, "plan", SCENE, "--method", method, *quick, "--retime", "--out", tmp_path / "fastest", "--no-view")
     own, fastest = read_trajectory(tmp_path / "own"), read_trajectory(tmp_path / "fastest")
     assert own.timing is None
     assert own.provenance.retiming is None
@@ -44,6 +45,25 @@ def test_a_plan_has_the_timing_of_its_method_unless_told_otherwise(
     if method == "auto":  # its own timing is the fastest without limits of acceleration
         assert own.duration < fastest.duration
     np.testing.assert_array_equal(own.q[[0, -1]], fastest.q[[0, -1]])
+
+
+def test_a_plan_by_auto_is_of_least_time(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    ran = Ran(capfd, "plan", SCENE, "--out", tmp_path / "out", "--no-view")
+    assert ran.code == 0
+    assert "of least time: within limits of velocity and acceleration" in ran.out
+    assert "times the lower bound" in ran.out
+    motion = read_trajectory(tmp_path / "out")
+    assert motion.timing is not None
+    assert motion.provenance.optimisation is not None
+    assert motion.provenance.optimisation.optimised == 1
+    assert motion.provenance.optimisation.steps > 1
+    assert motion.provenance.retiming is None
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert 0.9 * motion.duration < summary["least_duration"] < motion.duration
+    assert summary["least_duration"] == pytest.approx(motion.least_duration)
+    cut = Ran(capfd, "plan", SCENE, "--max-optimisation-steps", "0", "--out", tmp_path / "path", "--no-view")
+    assert "as fast along its path as limits allow" in cut.out
+    assert read_trajectory(tmp_path / "path").duration > motion.duration
 
 
 def test_cases_can_be_retimed_too(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

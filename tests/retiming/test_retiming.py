@@ -34,7 +34,7 @@ SCENES = sorted((ROOT / "scenes" / "dev").glob("*.json"))
 @pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
 def test_every_planning_scene_is_retimed(robot: Robot, path: Path) -> None:
     scene = load_scene(path)
-    plan = conftest.plan(robot, scene)
+    plan = conftest.plan(robot, scene, optimise=False)
     motion = retime(plan, robot, scene)
     assert motion.status is Status.REACHED
     assert (rates(motion, 1) <= robot.velocity_limit * EXCESS).all()
@@ -57,7 +57,7 @@ def test_every_planning_scene_is_retimed(robot: Robot, path: Path) -> None:
 @pytest.mark.parametrize("limit", [50.0, 300.0])
 def test_jerk_is_limited_where_that_is_asked_for(robot: Robot, path: Path, limit: float) -> None:
     scene = load_scene(path)
-    plan = conftest.plan(robot, scene)
+    plan = conftest.plan(robot, scene, optimise=False)
     motion = retime(plan, robot, scene, jerk_limit=limit)
     assert motion.certified
     assert (rates(motion, 3) <= limit * EXCESS).all()
@@ -69,7 +69,7 @@ def test_jerk_is_limited_where_that_is_asked_for(robot: Robot, path: Path, limit
 @pytest.mark.parametrize("path", SCENES[::15], ids=lambda path: path.stem)
 def test_a_limit_of_jerk_that_does_not_bind_costs_nothing(robot: Robot, path: Path) -> None:
     scene = load_scene(path)
-    plan = conftest.plan(robot, scene)
+    plan = conftest.plan(robot, scene, optimise=False)
     free = retime(plan, robot, scene)
     assert free.timing is not None
     limit = 1.01 * max(peak.jerk for peak in free.timing.peaks)
@@ -80,7 +80,7 @@ def test_a_limit_of_jerk_that_does_not_bind_costs_nothing(robot: Robot, path: Pa
 def test_coarse_samples_do_not_leave_the_path(robot: Robot, dt: float) -> None:
     """What they cannot follow is slowed down; between the samples it is near the path too."""
     scene = load_scene(ROOT / "scenes" / "dev" / "deep-500004.json")
-    plan = conftest.plan(robot, scene)
+    plan = conftest.plan(robot, scene, optimise=False)
     motion = retime(plan, robot, scene, dt=dt)
     assert motion.certified
     units = speed_units(robot)
@@ -152,7 +152,7 @@ def test_limits_can_be_given(robot: Robot, planned: Trajectory, free: Scene) -> 
 def test_it_rests_at_every_target(robot: Robot) -> None:
     steps = [{"left": [0.6, -1.8, 2.6], "right": [0.6, 1.8, 2.6]}, {"left": None, "right": [-0.6, 1.8, 2.9]}]
     scene = make_scene({"name": "two", "targets": steps})
-    plan = conftest.plan(robot, scene)
+    plan = conftest.plan(robot, scene, optimise=False)
     motion = retime(plan, robot, scene, dwell=0.25)
     assert motion.certified
     assert motion.timing is not None
@@ -187,7 +187,7 @@ def test_without_a_way_there_is_nothing_to_time(robot: Robot, planned: Trajector
 def test_hands_that_are_there_already_can_be_shown_and_kept(robot: Robot, tmp_path: Path) -> None:
     targets = {name: list(hand) for name, hand in zip(robot.hand_names, dh.hands(robot.initial), strict=True)}
     scene = make_scene({"name": "there", "targets": targets})
-    motion = retime(conftest.plan(robot, scene), robot, scene)
+    motion = retime(conftest.plan(robot, scene, optimise=False), robot, scene)
     assert motion.status is Status.REACHED
     np.testing.assert_array_equal(motion.configuration(0.0), robot.initial)
     write_plan(motion, robot, scene, tmp_path, [("playback.html", playback_html(robot, scene, motion))])
@@ -206,7 +206,7 @@ def test_a_motion_may_not_take_longer_than_it_may(robot: Robot, planned: Traject
 def test_a_retimed_motion_can_be_retimed(robot: Robot) -> None:
     """What is retimed again is the spline and not the chords between its samples, however far apart these are."""
     scene = load_scene(ROOT / "scenes" / "dev" / "deep-500000.json")
-    first = retime(conftest.plan(robot, scene), robot, scene, dt=0.03)
+    first = retime(conftest.plan(robot, scene, optimise=False), robot, scene, dt=0.03)
     second = retime(first, robot, scene)
     assert second.certified
     assert second.t[1] == first.t[1] == 0.03  # the time between samples is kept
@@ -221,7 +221,7 @@ def test_reasons_are_about_the_motion_they_are_of(robot: Robot) -> None:
     floor = HalfSpace(normal=(0.0, 0.0, 1.0), offset=-0.053)  # 3 mm under the carriage
     steps = [{"left": [0.6, -1.8, 2.6], "right": [0.6, 1.8, 2.6]}, {"left": None, "right": [-0.6, 1.8, 2.9]}]
     scene = make_scene({"name": "near", "targets": steps}).model_copy(update={"obstacles": (floor,)})
-    motion = conftest.plan(robot, scene)
+    motion = conftest.plan(robot, scene, optimise=False)
     assert motion.reason.count("could not be kept") == 1
     for dwell in (0.5, 0.0):
         motion = retime(motion, robot, scene, dwell=dwell)

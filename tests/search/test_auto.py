@@ -102,7 +102,7 @@ def test_the_same_plan_beside_others(robot: Robot) -> None:
 
 def test_where_there_is_nothing_in_the_way_the_way_is_straight(robot: Robot) -> None:
     scene = paper_scene().model_copy(update={"obstacles": ()})
-    trajectory = plan(robot, scene)
+    trajectory = plan(robot, scene, optimise=False)
     assert trajectory.found_by == "straight line"
     assert trajectory.path.sharpest_turn < 1e-6
     assert trajectory.duration == pytest.approx((abs(trajectory.q[-1] - trajectory.q[0]) / robot.velocity_limit).max())
@@ -133,7 +133,7 @@ def test_a_start_too_near_to_something_is_led_away(robot: Robot) -> None:
 
 def test_a_motion_that_would_take_too_long(robot: Robot) -> None:
     scene = load_scene(DEV / "shelf-900000.json")
-    whole = plan(robot, scene)
+    whole = plan(robot, scene, optimise=False)
     trajectory = plan(robot, scene, max_time=0.2)
     assert trajectory.status is Status.TIME_LIMIT
     assert f"takes {whole.duration:.4g} s" in trajectory.reason

@@ -76,7 +76,7 @@ def test_the_browser_moves_obstacles_and_connections(
 def test_two_motions_are_in_one_page(
     robot: Robot, moving: tuple[Scene, Trajectory], scene: Scene, tmp_path: Path
 ) -> None:
-    other = plan(robot, scene)
+    other = plan(robot, scene, optimise=False)
     page_file = tmp_path / "page.html"
     page_file.write_text(motions_html(robot, [("one", *moving), ("two", scene, other)]), encoding="utf-8")
     with opened(page_file) as (page, troubles):

@@ -13,7 +13,8 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from humanoid_rail._arrays import Array
-from humanoid_rail.retiming.cautious_profile import cautious_speed
+from humanoid_rail.model.robot import Robot
+from humanoid_rail.timing.cautious_profile import cautious_speed
 
 GRID_POINTS = (4, 6, 3)
 """Each piece of a path has this many grid points; the later numbers are used where toppra finds nothing before."""
@@ -30,6 +31,11 @@ class Limits(NamedTuple):
     """(n,), m/s^2 and rad/s^2."""
     jerk: Array
     """(n,), m/s^3 and rad/s^3."""
+
+
+def limits_of(robot: Robot) -> Limits:
+    """Return what the joints of a robot can do."""
+    return Limits(robot.velocity_limit, robot.acceleration_limit, robot.jerk_limit)
 
 
 class Progress(NamedTuple):
@@ -64,7 +70,7 @@ def fastest_profile(path: BSpline, limits: Limits) -> Profile:
         limits: Of velocity and acceleration, finite for the joints that move, and of jerk.
 
     Where toppra finds none, as where limits are out of all proportion to each other, it is the cautious one of
-    :mod:`humanoid_rail.retiming.cautious_profile`, which is a little slower.
+    :mod:`humanoid_rail.timing.cautious_profile`, which is a little slower.
     """
     knots = np.unique(path.t)
     for pieces in GRID_POINTS:

@@ -8,9 +8,9 @@ from scipy.integrate import quad
 from scipy.interpolate import BSpline
 
 from humanoid_rail import Robot, Scene, Trajectory, retime
-from humanoid_rail.retiming.jerk_limited import with_bounded_jerk
-from humanoid_rail.retiming.smooth_path import smooth_path
-from humanoid_rail.retiming.time_optimal import Limits, averaged, fastest_profile, rise_time
+from humanoid_rail.timing.jerk_limited import with_bounded_jerk
+from humanoid_rail.timing.smooth_path import smooth_path
+from humanoid_rail.timing.time_optimal import Limits, averaged, fastest_profile, rise_time
 
 
 @pytest.fixture(scope="module")

@@ -27,8 +27,11 @@ def samples(control: Array, dt: float) -> tuple[Array, Array, Array]:
     return q, velocity, acceleration
 
 
-def fastest_in_between(velocity: Array, acceleration: Array, dt: float) -> Array:
-    """Return the velocity (N, n) that is largest in size from each sample to before the next, from the samples."""
+def fastest_in_between(velocity: Array, acceleration: Array, dt: float | Array) -> Array:
+    """Return the velocity (N, n) that is largest in size from each sample to before the next, from the samples.
+
+    The time between samples is one, or (N - 1, 1), s.
+    """
     # The velocity of a piece is a parabola: largest at an end, or where the acceleration, which is linear, is 0.
     a, b = acceleration[:-1], acceleration[1:]
     vertex = velocity[:-1] - np.divide(dt * a**2, 2.0 * (b - a), out=np.zeros_like(a), where=a * b < 0)
@@ -36,8 +39,11 @@ def fastest_in_between(velocity: Array, acceleration: Array, dt: float) -> Array
     return np.vstack([np.where(larger, vertex, velocity[:-1]), velocity[-1:]])
 
 
-def peaks(velocity: Array, acceleration: Array, dt: float) -> tuple[Array, Array, Array]:
-    """Return the largest velocity, acceleration and jerk (n,) in size, at all times, of a spline from its samples."""
+def peaks(velocity: Array, acceleration: Array, dt: float | Array) -> tuple[Array, Array, Array]:
+    """Return the largest velocity, acceleration and jerk (n,) in size, at all times, of a spline from its samples.
+
+    The time between samples is one, or (N - 1, 1), s.
+    """
     jerk = np.diff(acceleration, axis=0) / dt
     fastest = fastest_in_between(velocity, acceleration, dt)
     return abs(fastest).max(axis=0), abs(acceleration).max(axis=0), abs(jerk).max(axis=0, initial=0.0)

@@ -14,7 +14,7 @@ from humanoid_rail.collision.certifier import certify
 from humanoid_rail.kinematics.joint_limits import JointMotion as Motion
 from humanoid_rail.kinematics.joint_limits import limit_violations
 from humanoid_rail.paper import dh_table as dh
-from humanoid_rail.retiming.bspline import fastest_in_between
+from humanoid_rail.timing.bspline import fastest_in_between
 
 A_FEW = 5_000
 """So many checks prove that the links of a retimed motion keep apart."""

@@ -10,7 +10,7 @@ from scipy.interpolate import BSpline
 from scipy.optimize import brentq
 
 from humanoid_rail._arrays import Array
-from humanoid_rail.retiming.time_optimal import Limits, Profile, Progress
+from humanoid_rail.timing.time_optimal import Limits, Profile, Progress
 
 DIP = 0.1
 """Ruckig's profile is divided where the speed falls and rises again by this much, in units of the largest speed."""

@@ -13,8 +13,8 @@ from humanoid_rail.errors import InvalidInput
 from humanoid_rail.kinematics.path_metric import speed_units
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.result import MAX_SAMPLES
-from humanoid_rail.retiming.jerk_limited import with_bounded_jerk
-from humanoid_rail.retiming.time_optimal import Limits, Progress, averaged, fastest_profile, rise_time
+from humanoid_rail.timing.jerk_limited import with_bounded_jerk
+from humanoid_rail.timing.time_optimal import Limits, Progress, averaged, fastest_profile, rise_time
 
 WINDOWS = (0.5, 1.0, 1.5, 2.0, 3.0)
 """Toppra's profile is averaged over these windows, in units of the time that joints take to reach its accelerations."""

@@ -1,0 +1,1 @@
+"""Motions of least time, by optimisation of a spline."""

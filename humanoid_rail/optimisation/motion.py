@@ -1,0 +1,170 @@
+"""Motions of least time to the tasks of a problem, certified, and never longer than along the path that was found.
+
+1. A spline along the path (`seed.py`) is shortened (`least_time.py`), its goal with it.
+2. It becomes a cubic spline with continuous accelerations, and is certified. Where it comes too near to something
+   between the moments that were looked at, it is looked at more closely there and repaired.
+3. Unless it is shorter than any motion along the path can be, such a motion (`timing/`) is compared with it.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from humanoid_rail._arrays import Array
+from humanoid_rail.collision.certifier import bound_resolution, certify
+from humanoid_rail.kinematics.path_metric import STANDSTILL, path_length
+from humanoid_rail.model.robot import Robot
+from humanoid_rail.optimisation.least_time import (
+    Course,
+    Surroundings,
+    lacking_at,
+    on_tasks,
+    shorten,
+    surroundings,
+)
+from humanoid_rail.optimisation.seed import along
+from humanoid_rail.optimisation.spline import refined, shortest_interval
+from humanoid_rail.problem import Problem
+from humanoid_rail.timing.lower_bound import least_duration_along
+from humanoid_rail.timing.time_optimal import Limits, limits_of
+from humanoid_rail.timing.timed_motion import (
+    CUT,
+    DEVIATION,
+    TimedMotion,
+    along_path,
+    certified_motion,
+    followings,
+    wanted_bound,
+)
+
+SPARE = 3e-4
+"""Pairs keep this much more than the safety distance at the moments that are looked at, m."""
+INTERVAL = 0.15
+"""Knots are about this far apart, s, ..."""
+FEWEST, MOST = 10, 16
+"""... but there are so many intervals between them."""
+LOOKS, CLOSE_LOOKS = 8, 32
+"""Each interval is looked at this often, and where something is lacking this often."""
+REPAIRS = 3
+"""A spline is repaired at most so often."""
+REPAIR_STEPS = 3
+"""By at most so many steps each."""
+REPAIR_TRUST = 0.05
+"""The first step of a repair moves control points at most this far, s."""
+MUCH_SHORTER = 0.9
+"""A motion that takes at most this share of the one that follows the path most loosely is shorter than the others."""
+ROUNDING = 1e-9
+"""The interval is this share longer than limits ask for."""
+
+
+class Found(NamedTuple):
+    """A motion with a timing, and how it came about."""
+
+    motion: TimedMotion
+    is_optimised: bool
+    """Whether it is the optimised one; if not, it follows the path."""
+    steps: int
+    """How many programs were solved."""
+
+
+def movable(robot: Robot) -> NDArray[np.bool_]:
+    """Return which joints (n,) the optimisation can move: those with limits to be timed by."""
+    moving: NDArray[np.bool_] = (robot.velocity_limit > 0.0) & np.isfinite(robot.acceleration_limit)
+    return moving & (robot.acceleration_limit > 0.0)
+
+
+def least_time_motion(
+    problem: Problem, t: Array, path: Array, dt: float, safety_distance: float, max_steps: int, deadline: float
+) -> Found:
+    """Return the shortest motion that is found to the tasks of a problem, at rest at both ends.
+
+    Args:
+        problem: The robot, its tasks and the start; obstacles are at rest.
+        t: Times (N,) of the path that was found, s; it is linear between them.
+        path: Its configurations (N, n), m and rad. Joints that move along it have limits to be timed by.
+        dt: The most time between samples, s.
+        safety_distance: What pairs keep, m.
+        max_steps: The most programs to solve.
+        deadline: When it is cut off, on the clock of `time.perf_counter`, s.
+    """
+    robot = problem.robot
+    limits = limits_of(robot)
+    motion, steps = _optimised(problem, path, limits, dt, safety_distance, max_steps, deadline)
+    stray = (DEVIATION + CUT) * robot.speed_units
+    if motion is not None:
+        if motion.duration <= least_duration_along(path, *limits[:2], stray):
+            return Found(motion, True, steps)
+        loosest, _ = next(followings(robot, [path], limits, dt, 0.0))
+        if motion.duration <= MUCH_SHORTER * (len(loosest) - 3) * dt:
+            return Found(motion, True, steps)
+    wanted = wanted_bound(certify(robot, problem.obstacles, t, path), safety_distance)
+    plain = along_path(robot, problem.obstacles, [path], limits, dt, 0.0, wanted)
+    if motion is not None and motion.duration <= plain.duration:
+        return Found(motion, True, steps)
+    return Found(plain, False, steps)
+
+
+def _optimised(
+    problem: Problem, path: Array, limits: Limits, dt: float, distance: float, max_steps: int, deadline: float
+) -> tuple[TimedMotion | None, int]:
+    """Return an optimised motion that keeps a distance in m, None if there is none, and the steps taken for it."""
+    robot, moving = problem.robot, movable(problem.robot)
+    if max_steps == 0 or path_length(robot, path) <= STANDSTILL:
+        return None, 0
+    degree = 3 if np.isfinite(limits.jerk[moving]).any() else 2
+    around = surroundings(problem, limits[:degree], moving, distance + SPARE, path[-1])
+    control = _seed(around, path)
+    if lacking_at(around, control, np.zeros(1))[0] > SPARE + bound_resolution():
+        return None, 0  # the start is too near to something: only the path leads away from it
+    intervals = len(control) - degree
+    times = np.arange(intervals * LOOKS + 1) / LOOKS
+    course = shorten(around, control, times, max_steps, deadline)
+    for repair in range(REPAIRS + 1):
+        ended = on_tasks(around, course.control, distance)
+        if ended is None:
+            break
+        motion = _as_motion(around, ended, dt)
+        if motion.bound >= distance - bound_resolution():
+            return motion, course.steps
+        if repair == REPAIRS or time.perf_counter() > deadline:
+            break
+        times, is_lacking = _closer(around, course, times, intervals)
+        if not is_lacking:
+            break
+        course = shorten(around, course.control, times, REPAIR_STEPS, deadline, REPAIR_TRUST, course.steps)
+    return None, course.steps
+
+
+def _seed(around: Surroundings, path: Array) -> Array:
+    """Return control points (M + d, m) along a path (N, n)."""
+    points = around.points(path)
+    rise = float((around.limits[0] / around.limits[1])[np.ptp(points, axis=0) > 0.0].max())
+    duration = float(abs(np.diff(points, axis=0)).max(axis=1).sum()) + rise
+    return along(points, rise, around.degree, int(np.clip(np.ceil(duration / INTERVAL), FEWEST, MOST)))
+
+
+def _closer(around: Surroundings, course: Course, times: Array, intervals: int) -> tuple[Array, bool]:
+    """Return times (S,) with more where a spline comes too near to something, and whether it does."""
+    close = np.arange(intervals * CLOSE_LOOKS + 1) / CLOSE_LOOKS
+    lacking = lacking_at(around, course.control, close) > 0.0
+    return np.union1d(times, close[lacking]), bool(lacking.any())
+
+
+def _as_motion(around: Surroundings, control: Array, dt: float) -> TimedMotion:
+    """Return the motion of control points (M + d, m), as a cubic spline with knots that are at most dt apart.
+
+    The control points of a quadratic spline, after knots were inserted, are taken for those of a cubic one. That is the
+    quadratic one averaged over the time between knots: it keeps the same limits, and its accelerations are continuous
+    and 0 at both ends.
+    """
+    interval = shortest_interval(control, around.limits) * (1.0 + ROUNDING)
+    parts = max(1, int(np.ceil(interval / dt)))
+    fine = around.configurations(refined(control, around.degree, parts))
+    if around.degree == 2:
+        fine = np.vstack([fine[:1], fine, fine[-1:]])
+    robot = around.problem.robot
+    return certified_motion(robot, around.problem.obstacles, fine, interval / parts, [len(fine) - 3])

@@ -1,0 +1,1 @@
+"""How fast motions can be: along smooth paths, and at the least."""
