@@ -47,6 +47,11 @@ INTERVAL = 0.15
 """Knots are about this far apart, s, ..."""
 FEWEST, MOST = 10, 16
 """... but there are so many intervals between them."""
+FINER = (1, 2)
+"""A spline that finds no way out of an obstacle begins again, with so many times as many intervals: it cuts the path's
+curves less."""
+LOST = 0.01
+"""It does not find one if it lacks more than this, m."""
 LOOKS, CLOSE_LOOKS = 8, 32
 """Each interval is looked at this often, and where something is lacking this often."""
 REPAIRS = 3
@@ -117,12 +122,32 @@ def _optimised(
         return None, 0
     degree = 3 if np.isfinite(limits.jerk[moving]).any() else 2
     around = surroundings(problem, limits[:degree], moving, distance + SPARE, path[-1])
-    control = _seed(around, path)
-    if lacking_at(around, control, np.zeros(1))[0] > SPARE + bound_resolution():
-        return None, 0  # the start is too near to something: only the path leads away from it
-    intervals = len(control) - degree
-    times = np.arange(intervals * LOOKS + 1) / LOOKS
-    course = shorten(around, control, times, max_steps, deadline)
+    steps = 0
+    for finer in FINER:
+        control = _seed(around, path, finer)
+        times = np.arange((len(control) - degree) * LOOKS + 1) / LOOKS
+        course = shorten(around, control, times, max_steps, deadline, taken=steps)
+        motion, steps = (
+            (None, course.steps) if course.lacking > LOST else _repaired(around, course, times, dt, deadline)
+        )
+        if motion is not None or time.perf_counter() > deadline:
+            return motion, steps
+    return None, steps
+
+
+def _repaired(
+    around: Surroundings, course: Course, times: Array, dt: float, deadline: float
+) -> tuple[TimedMotion | None, int]:
+    """Return the motion of a spline, repaired where it comes too near to something, None if that fails, and the steps.
+
+    Args:
+        around: What it is shortened within.
+        course: The spline.
+        times: Moments at which it was looked at, in intervals (S,).
+        dt: The most time between samples, s.
+        deadline: When it is cut off, on the clock of `time.perf_counter`, s.
+    """
+    distance = around.distance - SPARE
     for repair in range(REPAIRS + 1):
         ended = on_tasks(around, course.control, distance)
         if ended is None:
@@ -132,19 +157,20 @@ def _optimised(
             return motion, course.steps
         if repair == REPAIRS or time.perf_counter() > deadline:
             break
-        times, is_lacking = _closer(around, course, times, intervals)
+        times, is_lacking = _closer(around, course, times, len(course.control) - around.degree)
         if not is_lacking:
             break
         course = shorten(around, course.control, times, REPAIR_STEPS, deadline, REPAIR_TRUST, course.steps)
     return None, course.steps
 
 
-def _seed(around: Surroundings, path: Array) -> Array:
-    """Return control points (M + d, m) along a path (N, n)."""
+def _seed(around: Surroundings, path: Array, finer: int) -> Array:
+    """Return control points (M + d, m) along a path (N, n), so many times closer than they mostly are."""
     points = around.points(path)
     rise = float((around.limits[0] / around.limits[1])[np.ptp(points, axis=0) > 0.0].max())
     duration = float(abs(np.diff(points, axis=0)).max(axis=1).sum()) + rise
-    return along(points, rise, around.degree, int(np.clip(np.ceil(duration / INTERVAL), FEWEST, MOST)))
+    intervals = finer * int(np.clip(np.ceil(duration / INTERVAL), FEWEST, MOST))
+    return along(points, rise, around.degree, intervals)
 
 
 def _closer(around: Surroundings, course: Course, times: Array, intervals: int) -> tuple[Array, bool]:

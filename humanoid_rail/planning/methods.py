@@ -143,8 +143,8 @@ class Auto(SafeOptions):
     follows its path as fast as the speed limits allow: accelerations are not limited. Where a joint that moves has no
     acceleration limit, or obstacles move, it is as if this were false."""
     max_optimisation_steps: int = 12
-    """The most quadratic programs to solve for each segment, besides those of repairs. What is found depends on this
-    number, never on time; with 0 the motion follows its path."""
+    """The most quadratic programs to solve for each segment, besides those of repairs and of a second attempt. What is
+    found depends on this number, never on time; with 0 the motion follows its path."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
