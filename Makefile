@@ -5,8 +5,8 @@ BIN := $(VENV)/bin
 ENGINE := $(wildcard engine/*.[hc]pp engine/*/*.[hc]pp)
 
 .DELETE_ON_ERROR:
-.PHONY: plan test lint docs docs-serve generate figures picture benchmark evaluation regression retiming least-time certificates \
-	distances views urdfs meshes robots gallery sanitize clean
+.PHONY: plan test lint docs docs-serve generate figures picture benchmark evaluation motions regression retiming \
+	least-time certificates distances filter views urdfs meshes robots gallery sanitize clean
 
 plan: $(VENV)/plan-installed
 	@echo "A kitting round, several targets one after the other, retimed for a drive:"
@@ -61,6 +61,10 @@ evaluation: $(VENV)/test-installed
 		--table docs/benchmarks.md --results README.md
 	cp out/evaluation.png docs/evaluation.png
 
+# Motions by this checkout, by another in which `make plan` was run (BASE=its folder), by roboplan and by Drake: minutes.
+motions: $(VENV)/test-installed
+	$(BIN)/python -m benchmarks.compare_motions scenes/dev --base $(BASE) --json out/motions.json --table docs/benchmarks.md
+
 # Planning times and results compared with those of another checkout in which `make plan` was run: BASE=its folder.
 regression: $(VENV)/test-installed
 	$(BIN)/python -m benchmarks.against $(BASE)
@@ -79,6 +83,10 @@ certificates: $(VENV)/test-installed
 # What the margin of proofs is made of: random pairs of bodies, half a minute.
 distances: $(VENV)/test-installed
 	$(BIN)/python -m validation.check_distances --readme docs/safety.md
+
+# The sampled filter of edges against the proof: two minutes.
+filter: $(VENV)/test-installed
+	$(BIN)/python -m validation.check_filter --readme docs/auto.md
 
 # 10,000 random URDFs, most of them spoiled: each loads whole or is refused by name. A minute or two.
 urdfs: $(VENV)/test-installed

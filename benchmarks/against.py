@@ -6,76 +6,27 @@ slows both.
 
 from __future__ import annotations
 
-import json
-import subprocess
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import click
 import numpy as np
 
 from benchmarks.evaluation import ALL, SUFFIXES, family_of
 from benchmarks.machine import machine
+from benchmarks.worker import ROOT, Checkout
 from humanoid_rail.cli.console import Command, check_least, console, print_table, run
-from humanoid_rail.errors import HumanoidRailError, InvalidInput
+from humanoid_rail.errors import InvalidInput
 from humanoid_rail.planning.methods import METHODS
 from humanoid_rail.progress import progress_bar
 from humanoid_rail.scene.scene import load_scene
 
-ROOT = Path(__file__).resolve().parent.parent
 WORKER = ROOT / "benchmarks" / "against_worker.py"
 MOST = 1.05
 """Planning may take at most this many times as long as in the other checkout."""
 COLUMNS = ("family", "method", "scenes", "time / other", "quartiles", "total / other", "reached", "certified")
-
-
-class Checkout:
-    """A process that plans with the package of a checkout."""
-
-    def __init__(self, folder: Path) -> None:
-        """Start the process.
-
-        Raises:
-            InvalidInput: If the checkout has no Python of its own.
-            HumanoidRailError: If the package cannot be imported there, or is not the one of the checkout.
-        """
-        folder = folder.resolve()
-        python = folder / ".venv" / "bin" / "python"
-        if not python.exists():
-            raise InvalidInput("checkout", str(folder), "a checkout with a .venv, as `make plan` makes it")
-        # -P: neither the folder of the worker nor the working directory is looked into for modules.
-        command = [str(python), "-P", str(WORKER)]
-        self._process = subprocess.Popen(
-            command, cwd=folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1
-        )
-        self.folder = folder
-        package = Path(self._answer()["package"])
-        if not package.is_relative_to(folder):
-            self.close()
-            raise HumanoidRailError(f"{python} imports the package of {package.parent}, not of its checkout")
-
-    def plan(self, scene: Path, method: str) -> dict[str, Any]:
-        """Return what came of a scene: status, certified, planning_time and duration."""
-        assert self._process.stdin is not None
-        self._process.stdin.write(json.dumps({"scene": str(scene), "method": method}) + "\n")
-        self._process.stdin.flush()
-        return self._answer()
-
-    def close(self) -> None:
-        """End the process."""
-        self._process.kill()
-        self._process.communicate()
-
-    def _answer(self) -> dict[str, Any]:
-        assert self._process.stdout is not None
-        line = self._process.stdout.readline()
-        if not line:
-            raise HumanoidRailError(f"the process that plans with {self.folder} ended; what it said is above")
-        answer: dict[str, Any] = json.loads(line)
-        return answer
 
 
 @dataclass
@@ -139,9 +90,9 @@ def main(base: Path, scenes: str, methods: tuple[str, ...], wanted: tuple[str, .
     found = [Comparison(families[file], str(file), method) for file in files for method in methods or METHODS]
     measured_on = machine()
     with ExitStack() as stack:
-        mine, other = Checkout(ROOT), Checkout(base)
-        for checkout in (mine, other):
-            stack.callback(checkout.close)
+        mine, other = Checkout(ROOT, WORKER), Checkout(base, WORKER)
+        for one in (mine, other):
+            stack.callback(one.close)
         compare(found, mine, other, repeats)
     console().print(measured_on)
     print_table("against", f"This checkout against {base}", COLUMNS, list(tabulate(found)))
@@ -155,12 +106,12 @@ def compare(found: Sequence[Comparison], mine: Checkout, other: Checkout, repeat
     """Plan each scene by both, which take turns in who is first, and enter what came of it."""
     for checkout in (mine, other):  # what is loaded and made once does not count
         for method in {comparison.method for comparison in found}:
-            checkout.plan(Path(found[0].scene), method)
+            checkout.ask({"scene": found[0].scene, "method": method})
     with progress_bar("planning", len(found) * repeats) as advance:
         for one in found:
             for repeat in range(repeats):
                 pair = (mine, other) if repeat % 2 == 0 else (other, mine)
-                answers = {checkout: checkout.plan(Path(one.scene), one.method) for checkout in pair}
+                answers = {checkout: checkout.ask({"scene": one.scene, "method": one.method}) for checkout in pair}
                 one.times.append(answers[mine]["planning_time"])
                 one.others.append(answers[other]["planning_time"])
                 one.result, one.other_result = (

@@ -112,7 +112,12 @@ class Evaluation:
 
 
 def load_families(robot: Robot, folder: str, wanted: Sequence[str] = ()) -> list[Scene]:
-    """Return the scenes in a folder, in the order of the files' names.
+    """Return the scenes in a folder, in the order of the files' names; see :func:`load_files`."""
+    return list(load_files(robot, folder, wanted).values())
+
+
+def load_files(robot: Robot, folder: str, wanted: Sequence[str] = ()) -> dict[Path, Scene]:
+    """Return the scenes in a folder by their files, in the order of the files' names.
 
     Args:
         robot: What they are for.
@@ -122,25 +127,24 @@ def load_families(robot: Robot, folder: str, wanted: Sequence[str] = ()) -> list
     Raises:
         InvalidInput: If there are no scenes, one of them is not valid, or there is no such family.
     """
-    place = Path(folder)
+    place = Path(folder).resolve()
     files = sorted(path for path in place.iterdir() if path.suffix in SUFFIXES) if place.is_dir() else []
     if not files:
         valid = f"a folder with scenes ({', '.join(f'*{suffix}' for suffix in SUFFIXES)})"
         raise InvalidInput("scenes", MISSING, valid, source=folder)
-    scenes = []
+    scenes = {}
     for file in files:
-        scene = load_scene(file)
+        scenes[file] = scene = load_scene(file)
         try:
             check_scene(robot, scene)
         except InvalidInput as error:
             error.source = str(file)
             raise
-        scenes.append(scene)
-    families = sorted({family_of(scene) for scene in scenes})
+    families = sorted({family_of(scene) for scene in scenes.values()})
     for name in wanted:
         if name not in families:
             raise InvalidInput("family", name, f"one of {', '.join(families)}")
-    return [scene for scene in scenes if not wanted or family_of(scene) in wanted]
+    return {file: scene for file, scene in scenes.items() if not wanted or family_of(scene) in wanted}
 
 
 def family_of(scene: Scene) -> str:

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import click
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
 
 from benchmarks.evaluation import family_of
+from benchmarks.motions import largest_rates
 from humanoid_rail import (
     Auto,
     Robot,
@@ -29,7 +29,6 @@ from humanoid_rail.paper.cases import closed_form_duration
 from humanoid_rail.paper.figures import timing_figure
 from humanoid_rail.progress import progress_bar
 
-MILLISECOND = 1e-3
 JERK_LIMIT = 100.0
 """The plans are also retimed within this limit, m/s^3 and rad/s^3."""
 EXCESS = 1e-6
@@ -75,12 +74,7 @@ def measure(robot: Robot, path: Path) -> Row:
     motion = retime(planned, robot, scene)
     seconds = time.perf_counter() - started
     assert motion.timing is not None
-    spline = CubicHermiteSpline(motion.t, motion.q, motion.timing.velocity)
-    q = spline(np.arange(0.0, motion.duration, MILLISECOND))
-    velocity, acceleration = (
-        float((abs(np.diff(q, order, axis=0)) / MILLISECOND**order / limit).max())
-        for order, limit in ((1, robot.velocity_limit), (2, robot.acceleration_limit))
-    )
+    velocity, acceleration = largest_rates(robot, motion.t, motion.q, motion.timing.velocity)
     ends = np.vstack([motion.timing.velocity[[0, -1]], motion.timing.acceleration[[0, -1]]])
     slower = retime(planned, robot, scene, jerk_limit=JERK_LIMIT)
     return Row(

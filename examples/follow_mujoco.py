@@ -3,13 +3,14 @@
 python examples/follow_mujoco.py              the viewer (mjpython instead of python on macOS)
 python examples/follow_mujoco.py --headless   needs no display: simulates once and prints how well the robot follows
 
-Needs the package and `pip install mujoco`. The robot is moved by actuators with gravity, not placed.
+Needs the package and `python -m pip install 'mujoco>=3.3'`. The robot is moved by actuators with gravity, not placed.
 """
 
 from __future__ import annotations
 
 import argparse
 import contextlib
+import sys
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -17,10 +18,14 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-import mujoco
 import numpy as np
 
 from humanoid_rail import Follower, FollowerState, Pose, Robot, Scene, Sphere, export, load_robot, plan, retime
+
+try:
+    import mujoco
+except ModuleNotFoundError:
+    sys.exit(f"error: this example needs MuJoCo, which is not installed: {sys.executable} -m pip install 'mujoco>=3.3'")
 
 BALL = Sphere(center=(-1.0, 2.6, 3.4), radius=0.15)
 BALL_SPEED = 0.3

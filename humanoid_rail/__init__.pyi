@@ -24,8 +24,9 @@ from .planning.verification import verify
 from .problem import Problem
 from .resolution.qp import Safety
 from .resolution.velocity import Gains
-from .result import Motion, Optimisation, Peak, Provenance, Retiming, Samples, Status, Timing, Verdict
+from .result import Motion, Optimisation, Peak, Provenance, Retiming, Status, Timing, Verdict
 from .retiming.retiming import retime
+from .samples import Samples
 from .scene.obstacles import Box, Capsule, HalfSpace, Mesh, Sphere
 from .scene.scene import Scene, load_robot_of_scene, load_scene, make_scene
 from .scene.targets import Pose

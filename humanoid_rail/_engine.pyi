@@ -173,6 +173,11 @@ class InverseKinematics:
 
     def evaluate(self, q: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], tasks: TaskStack) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]]: ...
 
+    def reached(self, starts: Annotated[NDArray[numpy.float64], dict(shape=(None, None), writable=False)], tasks: TaskStack, distance: float) -> list[Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]]:
+        """The configurations in which the tasks are done."""
+
+    def pulled(self, goal: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], start: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], tasks: TaskStack, distance: float) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]: ...
+
 class Contact:
     """A link that touches an obstacle or another link."""
 
@@ -366,6 +371,26 @@ class StepJudge:
         """
         Of the step from a to b; pairs farther apart than the horizon are not looked at.
         """
+
+class EdgeFilter:
+    """
+    Whether a robot seems to keep its distance on an edge, from samples of it.
+    """
+
+    def __init__(self, robot: Robot, obstacles: Obstacles, distance: float, own_share: float, portable: bool = False) -> None: ...
+
+    def is_edge_free(self, a: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], b: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)]) -> bool: ...
+
+class Sampler:
+    """
+    Paths by sampling: RRT-Connect, shortcuts, and the proof of what they find.
+    """
+
+    def __init__(self, robot: Robot, obstacles: Obstacles, distance: float, own_share: float, units: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]) -> None: ...
+
+    def connect(self, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], goals: Annotated[NDArray[numpy.float64], dict(shape=(None, None), writable=False)], lower: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], upper: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], longest: float, seed: int, max_checks: int, seconds: float) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')] | None, Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], int]: ...
+
+    def shorten(self, path: Annotated[NDArray[numpy.float64], dict(shape=(None, None), writable=False)], seed: int, max_checks: int, seconds: float) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')] | None, Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], int]: ...
 
 class FollowerStatus(enum.Enum):
     """What a robot does in a cycle."""

@@ -14,7 +14,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 from pydantic_core import PydanticCustomError, PydanticUndefined
 
 from humanoid_rail._arrays import FARTHEST
-from humanoid_rail.errors import MISSING, InvalidInput, did_you_mean
+from humanoid_rail.errors import MISSING, InvalidInput, did_you_mean, short
 
 if TYPE_CHECKING:  # the signatures of the models stay those that pydantic gives them
     from pydantic._internal._model_construction import ModelMetaclass as _Metaclass
@@ -137,16 +137,18 @@ class Frozen(BaseModel, metaclass=_Metaclass):
     @model_validator(mode="before")
     @classmethod
     def _know_every_key(cls, data: object) -> object:
-        """Name the first key that is not a field; mostly it is one that is missing, misspelt."""
-        if isinstance(data, Mapping):
-            for number, key in enumerate(data):
-                if isinstance(key, str) and key not in cls.model_fields:
-                    required = [name for name, field in cls.model_fields.items() if field.is_required()]
-                    missing = [name for name in required if name not in data]
-                    near = did_you_mean(key, [n for n in cls.model_fields if n not in data])
-                    valid = f"one of {', '.join(cls.model_fields)}{near}"
-                    valid += f"; missing here: {', '.join(missing)}" if missing else f"; see {cls.described_in}"
-                    raise PydanticCustomError("unknown_key", "{valid}", {"valid": valid, "number": number})
+        """Name the keys that are not fields; mostly they are those that are missing, misspelt."""
+        if not isinstance(data, Mapping):
+            return data
+        left = [name for name in cls.model_fields if name not in data]
+        unknown = [(i, key) for i, key in enumerate(data) if isinstance(key, str) and key not in cls.model_fields]
+        if unknown:
+            missing = [name for name in left if cls.model_fields[name].is_required()]
+            valid = f"one of {', '.join(cls.model_fields)}{did_you_mean(unknown[0][1], left)}"
+            valid += f"; missing here: {', '.join(missing)}" if missing else f"; see {cls.described_in}"
+            others = [f"{short(key)}{did_you_mean(key, left).replace('; ', ', ')}" for _, key in unknown[1:]]
+            valid += f"; unknown as well: {', '.join(others)}" if others else ""
+            raise PydanticCustomError("unknown_key", "{valid}", {"valid": valid, "number": unknown[0][0]})
         return data
 
     @classmethod
@@ -172,9 +174,10 @@ class Frozen(BaseModel, metaclass=_Metaclass):
 def invalid_input(error: ValidationError, source: str | None = None, root: str = "scene") -> InvalidInput:
     """Return pydantic's error as ours: which field, what was given, what would be right.
 
-    Of several errors it is the first. One that is about no field alone is about the `root`.
+    Of several errors it is the first; it names unknown keys elsewhere too. One that is about no field alone is about
+    the `root`.
     """
-    first = error.errors(include_url=False)[0]
+    first, *others = error.errors(include_url=False)
     field, value, context = _path(first["loc"]) or root, first["input"], first.get("ctx", {})
     match first["type"]:
         case "missing":
@@ -183,6 +186,12 @@ def invalid_input(error: ValidationError, source: str | None = None, root: str =
             key, content = list(value.items())[context["number"]]
             valid, shape = context["valid"], _mapped(field, root) if root == "robot" and field != root else ""
             valid += f"; for example {shape}" if shape else ""
+            elsewhere = [
+                f"{_path(each['loc'])}.{list(each['input'])[each['ctx']['number']]}"
+                for each in others
+                if each["type"] == "unknown_key"
+            ]
+            valid += f"; unknown elsewhere: {', '.join(elsewhere)}" if elsewhere else ""
             return InvalidInput(f"{field}.{key}".removeprefix(f"{root}."), content, valid, source)
         case "union_tag_not_found":
             return InvalidInput(f"{field}.type", MISSING, "a type, such as sphere or box", source)

@@ -97,17 +97,14 @@ class Diagnosis:
 
     @property
     def miss(self) -> str:
-        """The nearest miss and what blocks there, in one line."""
+        """The nearest miss and what blocks there, in one line; empty if there is nothing to say of it."""
         hands = [
             f"{called(miss.hand)} {length(miss.distance)} m from its target" for miss in self.misses if _counts(miss)
         ]
-        said = " and ".join(hands) if hands else "the hands at their targets"
-        if self.blocking:
-            pair = self.blocking[0]
-            said += f", {pair.link} blocked by {pair.other}"
-        if self.limits:
-            said += f", {' and '.join(self.limits)}"
-        return said
+        if self.misses and not hands:
+            hands = ["the hands at their targets"]
+        pairs = [f"{pair.link} blocked by {pair.other}" for pair in self.blocking[:1]]
+        return ", ".join(" and ".join(part) for part in (hands, pairs, self.limits) if part)
 
     def summary(self) -> dict[str, Any]:
         """Return it as plain data, with the distances."""
@@ -115,6 +112,18 @@ class Diagnosis:
         for miss, own in zip(data["misses"], self.misses, strict=True):
             miss["distance"] = own.distance
         return data
+
+
+MISS, HELPS = "nearest miss", "what would help"
+"""The clauses of a reason begin so that a diagnosis says in full."""
+
+
+def besides(reason: str, diagnosis: Diagnosis | None) -> tuple[str, ...]:
+    """Return the clauses of a reason that a diagnosis does not say: the first one says what happened."""
+    clauses = reason.split("; ")
+    if diagnosis is None:
+        return (reason,)
+    return tuple(clause for clause in clauses if not clause.startswith((MISS, HELPS)))
 
 
 def length(value: float) -> str:

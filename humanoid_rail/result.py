@@ -1,4 +1,4 @@
-"""The parts of a result of planning: the motion, its samples, the verdict on it and where it comes from."""
+"""The parts of a result of planning: the motion, the verdict on it and where it comes from."""
 
 from __future__ import annotations
 
@@ -14,6 +14,8 @@ from humanoid_rail.kinematics.path_metric import PathQuality
 
 MAX_SAMPLES = 1_000_000
 """A trajectory has at most this many samples."""
+SO_FAR = ", as far as the motion goes"
+"""This is added to what is proven of a motion that ends before its targets."""
 
 
 class Status(StrEnum):
@@ -125,24 +127,6 @@ class Motion(FrozenArrays):
     """The timing of an optimised or retimed motion; None for one that is linear in q between samples."""
 
 
-@dataclass(frozen=True, eq=False)
-class Samples(FrozenArrays):
-    """What is true of the robot at each sample. N samples, h hands, O obstacles."""
-
-    hands: Array
-    """Positions of the hands (N, h, 3), m, in the base frame."""
-    hand_names: tuple[str, ...]
-    """The second axis of hands."""
-    clearance: Array
-    """Signed distance of the nearest link from each obstacle (N, O), m.
-
-    Infinite where it is beyond the activation distance and was not asked for (`far_clearances`); the smallest of each
-    sample is always there.
-    """
-    manipulability: Array
-    """mu of eq. 3.4 (N,)."""
-
-
 @dataclass(frozen=True)
 class Verdict:
     """What came of a plan."""
@@ -224,7 +208,7 @@ class Provenance:
     evaluations: int
     """Number of evaluations of q_dot."""
     planning_time: float
-    """Time that planning took, including the certificate, without the diagnosis of a plan that failed, s."""
+    """Time that planning took, including the certificate, without the samples and the diagnosis of a failure, s."""
     certification_time: float
     """Time that the certificate took, s."""
     retiming: Retiming | None = None

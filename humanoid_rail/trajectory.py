@@ -1,4 +1,4 @@
-"""The result of planning, in one object; `result.py` has its parts."""
+"""The result of planning, in one object; `result.py` and `samples.py` have its parts."""
 
 from __future__ import annotations
 
@@ -8,18 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from humanoid_rail._arrays import Array, frozen
-from humanoid_rail._native import why_no_engine
+from humanoid_rail._arrays import Array
 from humanoid_rail.collision.certificate import Certificate
 from humanoid_rail.diagnosis import Diagnosis
 from humanoid_rail.errors import MISSING, InvalidInput
 from humanoid_rail.kinematics.joint_limits import Violation
-from humanoid_rail.kinematics.kinematics import Kinematics
-from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.path_metric import PathQuality
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.resampling import evaluate, resampled
-from humanoid_rail.result import Method, Motion, Provenance, Samples, Search, Status, Timing, Verdict
+from humanoid_rail.result import Method, Motion, Provenance, Search, Status, Timing, Verdict
+from humanoid_rail.samples import Samples, interleaved, samples_along
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.trajectory_html import table_of
 
@@ -28,6 +26,7 @@ from humanoid_rail.trajectory_html import table_of
 class Trajectory:
     """A planned motion with the verdict on it. Arrays are read-only. N samples, n joints, h hands, O obstacles.
 
+    `hands`, `clearance` and `manipulability` are computed when one of them is first asked for; see :class:`Samples`.
     What is used most is at hand without going through the parts: `t`, `q`, `status`, `reason`, `certified` and so on.
     """
 
@@ -150,7 +149,7 @@ class Trajectory:
 
     @property
     def planning_time(self) -> float:
-        """Time that planning took, including the certificate, without the diagnosis of a plan that failed, s."""
+        """Time that planning took, including the certificate, without the samples and the diagnosis of a failure, s."""
         return self.provenance.planning_time
 
     @property
@@ -240,16 +239,8 @@ class Trajectory:
         """
         robot, scene = self.planned_for()
         motion, own = resampled(self.motion, dt)
-        engine = Kinematics if why_no_engine() else NativeKinematics
-        horizon = np.inf if self.method.far_clearances else self.method.epsilon
-        parts = {name: getattr(self.samples, name) for name in ("hands", "clearance", "manipulability")}
-        if not own.all():
-            course = engine(robot, scene.obstacles).along(motion.q[~own], horizon, motion.t[~own])
-            for name, known in parts.items():
-                every = np.empty((len(own), *known.shape[1:]))
-                every[own], every[~own] = known, getattr(course, name)
-                parts[name] = frozen(every)
-        return replace(self, motion=motion, samples=replace(self.samples, **parts))
+        between = samples_along(robot, scene.obstacles, motion.t[~own], motion.q[~own], self.method)
+        return replace(self, motion=motion, samples=interleaved(own, self.samples, between))
 
     def summary(self) -> dict[str, Any]:
         """Return the result without its samples, as plain data: what `summary.json` holds."""

@@ -34,6 +34,7 @@ from humanoid_rail import Kinematics as PythonKinematics
 from humanoid_rail._native import why_no_engine
 from humanoid_rail.planning.methods import METHODS
 from humanoid_rail.planning.options import ENGINES
+from humanoid_rail.samples import known_samples
 from humanoid_rail.scene.obstacles import Obstacle
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -160,7 +161,12 @@ def changed(trajectory: Trajectory, **values: Any) -> Trajectory:
         for name in ("motion", "samples", "verdict", "provenance")
     }
     assert not values, values
-    return replace(trajectory, **{name: replace(getattr(trajectory, name), **new) for name, new in parts.items()})
+    samples = trajectory.samples
+    if new := parts.pop("samples"):
+        hand_names = new.pop("hand_names", samples.hand_names)
+        samples = known_samples(hand_names, samples.course._replace(**new))
+    others = {name: replace(getattr(trajectory, name), **new) for name, new in parts.items()}
+    return replace(trajectory, samples=samples, **others)
 
 
 def points(targets: np.ndarray, hands: tuple[str, ...] = ("left", "right")) -> tuple[PointTask, ...]:

@@ -32,6 +32,7 @@ void bind_tasks(nb::module_& module);
 void bind_collision(nb::module_& module);
 void bind_options(nb::module_& module);
 void bind_resolution(nb::module_& module);
+void bind_search(nb::module_& module);
 void bind_follower(nb::module_& module);
 void bind_optimisation(nb::module_& module);
 void bind_benchmark(nb::module_& module);

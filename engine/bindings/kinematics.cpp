@@ -58,7 +58,31 @@ void bind_kinematics(nb::module_& module) {
             check_configuration("q", q, self.constant().robot().n());
             return self.with([&](InverseKinematics& solver) { return solver.evaluate(q, tasks); });
           },
-          "q"_a, "tasks"_a);
+          "q"_a, "tasks"_a)
+      .def(
+          "reached",
+          [](Guard& self, const Eigen::Ref<const Rows>& starts, const TaskStack& tasks, double distance) {
+            check_size("starts", starts.cols(), self.constant().robot().n());
+            check_finite("starts", starts);
+            return self.with([&](InverseKinematics& solver) {
+              std::vector<Vector> found;
+              for (const auto& start : starts.rowwise()) {
+                Posture posture = solver.solve(start.transpose(), tasks, distance);
+                if (posture.reached) found.push_back(std::move(posture.q));
+              }
+              return found;
+            });
+          },
+          "starts"_a, "tasks"_a, "distance"_a, "The configurations in which the tasks are done.")
+      .def(
+          "pulled",
+          [](Guard& self, const Eigen::Ref<const Vector>& goal, const Eigen::Ref<const Vector>& start,
+             const TaskStack& tasks, double distance) {
+            check_configuration("goal", goal, self.constant().robot().n());
+            check_configuration("start", start, self.constant().robot().n());
+            return self.with([&](InverseKinematics& solver) { return solver.pulled(goal, start, tasks, distance); });
+          },
+          "goal"_a, "start"_a, "tasks"_a, "distance"_a);
 }
 
 }  // namespace humanoid_rail

@@ -26,6 +26,7 @@ NB_MODULE(_engine, module) {
   bind_collision(module);
   bind_options(module);
   bind_resolution(module);
+  bind_search(module);
   bind_follower(module);
   bind_optimisation(module);
   bind_benchmark(module);

@@ -29,6 +29,8 @@ constexpr double WORTHWHILE = 0.03;
 constexpr int MAX_IDLE_STEPS = 12;
 // A step is solved again at most this often with joints held at their limits.
 constexpr int MAX_HOLDS = 4;
+// A goal is pulled towards the start at most this often.
+constexpr int PULLS = 8;
 
 }  // namespace
 
@@ -70,6 +72,28 @@ Posture InverseKinematics::solve(const Eigen::Ref<const Vector>& start, const Ta
 std::pair<Vector, Matrix> InverseKinematics::evaluate(const Eigen::Ref<const Vector>& q, const TaskStack& tasks) {
   tasks.evaluate(scene_.move_to(q), 0.0, error_, jacobian_);
   return {error_, jacobian_};
+}
+
+Vector InverseKinematics::pulled(const Eigen::Ref<const Vector>& goal, const Eigen::Ref<const Vector>& start,
+                                 const TaskStack& tasks, double distance) {
+  Vector best = goal;
+  double share = 0.5, least = length(best - start);
+  for (int pull = 0; pull < PULLS; ++pull) {
+    const Posture found = solve(best + share * (start - best), tasks, distance);
+    const double nearer = length(found.q - start);
+    if (found.reached && nearer < least) {
+      best = found.q;
+      least = nearer;
+    } else {
+      share /= 2.0;
+    }
+  }
+  return best;
+}
+
+// In units of the speed limits.
+double InverseKinematics::length(const Vector& step) const {
+  return (scale_.array() > 0.0).select(step.array() / scale_.array(), 0.0).matrix().norm();
 }
 
 void InverseKinematics::keep_all_apart(double distance, Posture& here, double& left) {

@@ -32,9 +32,13 @@ class InverseKinematics {
   [[nodiscard]] Posture solve(const Eigen::Ref<const Vector>& start, const TaskStack& tasks, double distance);
   // The errors of the tasks at a configuration (n), and their Jacobian.
   [[nodiscard]] std::pair<Vector, Matrix> evaluate(const Eigen::Ref<const Vector>& q, const TaskStack& tasks);
+  // Returns a goal (n) nearer to a start (n), or the same one, by looking again and again from between the two.
+  [[nodiscard]] Vector pulled(const Eigen::Ref<const Vector>& goal, const Eigen::Ref<const Vector>& start,
+                              const TaskStack& tasks, double distance);
   [[nodiscard]] const Robot& robot() const { return scene_.robot(); }
 
  private:
+  [[nodiscard]] double length(const Vector& step) const;
   void keep_apart(const Nearest& pair, double distance, double spare, Posture& here, double& left);
   void keep_all_apart(double distance, Posture& here, double& left);
   void step(double damping, Vector& q);

@@ -29,7 +29,8 @@ def command(first: str, second: str, out: str | None, view: bool | None) -> None
     """Play two plans back at the same time: the folders A and B, as `plan --out` wrote them.
 
     Both are of the same robot. Plots and verdicts of both are in one page with one timeline; the robot of B is
-    translucent. The obstacles are those of A: the page says so if B was planned among others.
+    translucent. Obstacles and targets are those of A: the page says so if B was planned for
+    others.
     """
     if out is not None:
         check_file(out)
@@ -53,9 +54,9 @@ def compare_html(one: Plan, two: Plan, folders: tuple[str, str]) -> str:
     Raises:
         InvalidInput: If they are not of the same robot.
     """
-    if one.robot.urdf != two.robot.urdf or one.robot.hand_names != two.robot.hand_names:
+    if one.robot.urdf != two.robot.urdf or one.robot.hands != two.robot.hands:
         raise InvalidInput(
-            "robot", two.robot.name, f"the robot of {folders[0]}, the same in all of its URDF", folders[1]
+            "robot", two.robot.name, f"the robot of {folders[0]}, the same in all of its URDF and its hands", folders[1]
         )
     names = [Path(folder).resolve().name for folder in folders]
     if names[0] == names[1]:

@@ -199,11 +199,9 @@ def write_table(name: str, columns: Sequence[str], rows: Sequence[Sequence[str]]
     write_file(page, f"{before}{begin}\n{markdown}\n{end}{after}".encode())
 
 
-def files_said(files: Sequence[Path], folder: str | Path) -> str:
-    """Return files that were written in words: a few by their names, many as how many there are in a folder."""
-    if len(files) <= MOST_FILES:
-        return ", ".join(map(str, files))
-    return f"{len(files)} files in {folder}"
+def files_said(files: Sequence[Path], where: str = "") -> str:
+    """Return files that were written in words: a few by their names, many as how many there are, and where."""
+    return ", ".join(map(str, files)) if len(files) <= MOST_FILES else f"{len(files)} files{where}"
 
 
 def check_least(least: int, **values: int) -> None:

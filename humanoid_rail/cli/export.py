@@ -69,7 +69,7 @@ def command(
         console().print(f"Warning: {UNEVEN}", soft_wrap=True)
     for fault in _faults(plan):
         console().print(f"Warning: {fault}", soft_wrap=True)
-    console().print(f"Written: {files_said(written, out)}", soft_wrap=True)
+    console().print(f"Written: {files_said(written, f' in {out}')}", soft_wrap=True)
 
 
 def _faults(plan: Plan) -> Iterator[str]:

@@ -29,7 +29,7 @@ def command(scene: str | None, robot: RobotOptions, host: str, port: int, view: 
     """Drag targets and obstacles in the browser, and see what is planned or how the robot follows.
 
     SCENE is a scene file; the paper's scene without it. Each change is planned, retimed and certified. Needs
-    `pip install 'humanoid_rail[live]'`.
+    `python -m pip install 'humanoid_rail[live]'`.
     """
     # Imported here: the help needs nothing of it.
     from humanoid_rail.live.server import serve

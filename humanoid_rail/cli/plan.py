@@ -10,6 +10,7 @@ from typing import Any
 
 import click
 
+from humanoid_rail._called import command as called_as
 from humanoid_rail.cli.console import Command, console, files_said, has_display
 from humanoid_rail.cli.plan_options import (
     GROUPS,
@@ -174,7 +175,7 @@ def _show(
     written = [] if out is None else _keep(robot, scene, trajectory, out, page)
     report_plan(title, trajectory)
     if out is not None:
-        console().print(f"Written to {out}: {files_said([Path(f.name) for f in written], out)}", soft_wrap=True)
+        console().print(f"Written to {out}: {files_said([Path(f.name) for f in written])}", soft_wrap=True)
     if view is None:
         view = sys.stdout.isatty() and has_display()
         if not view:
@@ -197,5 +198,5 @@ def how_to_see(out: str | None, page: bool = True) -> str:
     if out is None:
         return "run again with --view"
     folder = f"./{out}" if out.startswith("-") else out  # or else it would be an option
-    played = f"humanoid-rail play {quote(folder)}"
+    played = f"{called_as()} play {quote(folder)}"
     return f"open {Path(out) / PAGE}, or {played}" if page else played

@@ -8,12 +8,12 @@ from collections.abc import Iterable, Iterator, Sequence
 from humanoid_rail._arrays import Array
 from humanoid_rail.cli.console import console
 from humanoid_rail.collision.certificate import Certificate
-from humanoid_rail.diagnosis import TRIED, Diagnosis
+from humanoid_rail.diagnosis import TRIED, Diagnosis, besides
 from humanoid_rail.errors import told_apart
 from humanoid_rail.kinematics.joint_limits import Violation
 from humanoid_rail.kinematics.path_metric import PathQuality
 from humanoid_rail.model.pairs import NEITHER_MOVES, UncheckedPair
-from humanoid_rail.result import Status
+from humanoid_rail.result import SO_FAR, Status
 from humanoid_rail.trajectory import Trajectory
 from humanoid_rail.trajectory_html import duration_text, timing_text
 
@@ -21,17 +21,18 @@ NO_ENGINE = "nothing can be proven without the native engine"
 """This is said of a motion that has no certificate."""
 SMALL = 1e-3
 """Lengths below this are printed in mm, m."""
-MOST_NAMES = 12
-"""A row of a table names this many pairs or links; of more it says how many there are."""
+FIRST_LINKS, FIRST_PAIRS, FIRST_BLOCKING = 4, 1, 3
+"""A table names so many links without a body, pairs that are not checked and pairs that block; of more it says how many
+there are. summary.json has all of them."""
 
 
 def report_plan(title: str, trajectory: Trajectory) -> None:
     """Print a short table of what came of a plan."""
     certificate = trajectory.certificate
     rows = [
-        ("status", f"{trajectory.status}: {trajectory.reason}"),
+        ("status", f"{trajectory.status}: {'; '.join(besides(trajectory.reason, trajectory.diagnosis))}"),
         *_diagnosis(trajectory.diagnosis),
-        (f"certified{_as_far(trajectory)}", _certified(certificate, float(trajectory.t[0]), float(trajectory.t[-1]))),
+        ("certified", _certified(certificate, float(trajectory.t[0]), float(trajectory.t[-1]), _as_far(trajectory))),
         *_limits(trajectory),
         ("duration", duration_text(trajectory.duration, trajectory.least_duration)),
         *_timing(trajectory),
@@ -76,16 +77,21 @@ def _time(seconds: float) -> str:
 
 def _as_far(trajectory: Trajectory) -> str:
     """Return what is added to the proofs of a motion that ends before its targets."""
-    return "" if trajectory.status is Status.REACHED else ", as far as the motion goes"
+    return "" if trajectory.status is Status.REACHED else SO_FAR
 
 
 def _diagnosis(diagnosis: Diagnosis | None) -> Iterator[tuple[str, str]]:
-    """Say what blocks a plan that failed, and all that would help."""
+    """Say how near a plan that failed gets, what blocks it, and all that would help."""
     if diagnosis is None:
         return
+    if diagnosis.miss:
+        yield "nearest miss", diagnosis.miss
     pairs = [f"{pair.link} and {pair.other}, {_apart(pair.beyond)}" for pair in diagnosis.blocking]
-    for number, pair in enumerate(pairs):
-        yield "" if number else "blocked where it would go on", pair
+    more = len(pairs) - FIRST_BLOCKING
+    for number, pair in enumerate(pairs[:FIRST_BLOCKING]):
+        yield "" if number else "blocked by", pair
+    if more > 0:
+        yield "", f"and {more} more pairs (summary.json)"
     for number, remedy in enumerate(diagnosis.remedies):
         yield "" if number else "would help", f"{remedy.what} ({TRIED[remedy.proven]})"
 
@@ -98,7 +104,7 @@ def _limits(trajectory: Trajectory) -> Iterator[tuple[str, str]]:
     """Say whether the joint limits are kept."""
     if trajectory.limits_ok:
         what = "position and velocity" if trajectory.timing is None else "position, velocity and acceleration"
-        yield f"limits{_as_far(trajectory)}", f"kept: {what}"
+        yield "limits", f"kept{_as_far(trajectory)}: {what}"
     yield from beyond_limits(trajectory.violations)
 
 
@@ -120,23 +126,21 @@ def _clearances(certificate: Certificate | None) -> Iterator[tuple[str, str]]:
         unmoved = [pair for pair in certificate.unchecked_pairs if pair.why.startswith(NEITHER_MOVES)]
         pairs = [f"{pair.link} and {pair.other}" for pair in certificate.unchecked_pairs if pair not in unmoved]
         if pairs:
-            yield "left out of checks", f"{_shortened(pairs)}, at least near their joint; docs/safety.md"
+            yield "left out", f"{_shortened(pairs, FIRST_PAIRS, ' pairs')}, near joints"
         for i, pair in enumerate(unmoved):  # all of them: some may be deep in one another
-            yield "" if i else "never move, not checked", _unmoved(pair)
+            yield "" if i else "fixed, left out", _unmoved(pair)
         if certificate.links_without_body:
-            yield "no collision body", _shortened(certificate.links_without_body)
+            yield "no body", _shortened(certificate.links_without_body, FIRST_LINKS)
 
 
 def _unmoved(pair: UncheckedPair) -> str:
     return f"{pair.link} and {pair.other}: {pair.why.removeprefix(f'{NEITHER_MOVES}; ')}"
 
 
-def _shortened(names: Sequence[str]) -> str:
-    """Return names in a row; of many the first ones, and where the others are named."""
-    rest = len(names) - MOST_NAMES
-    if rest <= 0:
-        return ", ".join(names)
-    return f"{', '.join(names[:MOST_NAMES])} and {rest} more (summary.json and `humanoid-rail robot` name them)"
+def _shortened(names: Sequence[str], first: int, what: str = "") -> str:
+    """Return the first names in a row, and how many more there are."""
+    rest = len(names) - first
+    return ", ".join(names[:first]) + (f" and {rest} more{what}" if rest > 0 else "")
 
 
 def _timing(trajectory: Trajectory) -> Iterator[tuple[str, str]]:
@@ -165,15 +169,15 @@ def why_not_certified(certificate: Certificate) -> str:
     return ", and ".join(known) or "it could not be shown to be free of contact"
 
 
-def _certified(certificate: Certificate | None, start: float, end: float) -> str:
+def _certified(certificate: Certificate | None, start: float, end: float, as_far: str = "") -> str:
     if certificate is None:
         return f"no: {NO_ENGINE}"
     if not certificate.certified:
         return f"no: {why_not_certified(certificate)}"
     bound = certificate.clearance_bound
-    nothing = "yes: there is nothing to touch"
+    nothing = f"yes{as_far}: there is nothing to touch"
     when = f"until t = {end:.4g} s" if start == 0.0 else f"from t = {start:.4g} s to t = {end:.4g} s"
-    return nothing if bound is None else f"yes: no clearance below {_length(bound)} {when}"
+    return nothing if bound is None else f"yes{as_far}: no clearance below {_length(bound)} {when}"
 
 
 def _found_by(trajectory: Trajectory) -> str:

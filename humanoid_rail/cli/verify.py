@@ -48,6 +48,8 @@ def command(folder: str, scene_file: str | None, robot: RobotOptions, max_checks
     """
     if Path(folder).suffix.lower() in SUFFIXES and not Path(folder).is_dir():
         return _verify_file(folder, scene_file, robot, max_checks, linear)
+    if Path(folder).is_file():
+        raise InvalidInput("file", folder, f"a folder of a plan, or a file that ends in {', '.join(SUFFIXES)}")
     if linear:
         raise InvalidInput("linear", linear, "only beside the file of another tool")
     plan = read_plan(folder, scene_file, **robot)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import pinocchio as pin
@@ -16,6 +17,8 @@ from humanoid_rail.scene.shapes import PlacedShape, distance_between, placed_sha
 PRECISION = 1e-6
 """Two that are nearer than this cannot be told from touching, m."""
 
+_resting: WeakKeyDictionary[Robot, dict[str, list[PlacedShape]]] = WeakKeyDictionary()
+
 
 def unmoved_pairs(
     robot: Robot, obstacles: tuple[Obstacle, ...], nearer_than: float = np.inf
@@ -27,8 +30,10 @@ def unmoved_pairs(
         obstacles: What it is among.
         nearer_than: Those that are farther apart are left out, m.
     """
+    bodies = _bodies_at_rest(robot)
+    if not bodies:
+        return
     resting = [(i, placed_shapes(obstacle)) for i, obstacle in enumerate(obstacles) if not is_moving(obstacle)]
-    bodies = _bodies_at_rest(robot) if resting else {}
     for link, shapes in bodies.items():
         for i, pieces in resting:
             distance = min(distance_between(shape, piece) for shape in shapes for piece in pieces)
@@ -40,6 +45,8 @@ def unmoved_pairs(
 
 def _bodies_at_rest(robot: Robot) -> dict[str, list[PlacedShape]]:
     """Return the bodies that no actuated joint moves, by their links, where they are."""
+    if robot in _resting:
+        return _resting[robot]
     data, found = robot.model.createData(), dict[str, list[PlacedShape]]()
     pin.forwardKinematics(robot.model, data, robot.full_configuration(robot.initial))
     rows = zip(robot.link_names, robot.collision_model.geometryObjects, robot.moving_bodies, strict=True)
@@ -47,4 +54,5 @@ def _bodies_at_rest(robot: Robot) -> dict[str, list[PlacedShape]]:
         if not moves:
             place = data.oMi[body.parentJoint] * body.placement
             found.setdefault(link, []).append(PlacedShape(body.geometry, coal_placement(place)))
+    _resting[robot] = found
     return found

@@ -74,6 +74,7 @@ from humanoid_rail.model.position_limits import within_position_limits
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.start import warn_of_depth
 from humanoid_rail.planning.target_tasks import tasks_of
+from humanoid_rail.planning.units import warn_of_units
 from humanoid_rail.resolution.native_options import native_gains, native_safety
 from humanoid_rail.resolution.qp import Safety
 from humanoid_rail.resolution.velocity import Gains
@@ -92,7 +93,8 @@ class Follower:
     engine's own, from :meth:`start` to :meth:`stop`, which needs no Python; `with follower:` does both. Python threads
     may share a follower; while its thread runs, a forked process may not, and all but `is_running` raises RuntimeError
     there. What is proven, and of what, says :mod:`humanoid_rail.following.follower`. A body that no joint moves and
-    that is deep in an obstacle at rest gives a warning, as in :func:`humanoid_rail.plan`.
+    that is deep in an obstacle at rest gives a warning, as in :func:`humanoid_rail.plan`, and so does what looks as if
+    it were in millimetres.
 
     Raises:
         InvalidInput: If an argument is not valid, a joint has no finite limit of speed or acceleration, or the start
@@ -138,6 +140,7 @@ class Follower:
         self.gains, self.safety = Gains() if gains is None else gains, Safety() if safety is None else safety
         check_without_functions(self.gains, self.safety)
         warn_of_depth(robot, scene)
+        warn_of_units(robot, scene)
         given = start_of_scene(robot, scene) if start is None else start
         first = within_position_limits(robot, checked_array("start", given, (robot.n,)), "start")
         self.acceleration_limit = checked_acceleration(robot, acceleration_limit)

@@ -34,6 +34,10 @@ FINER = 10
 """Limits of a cubic spline are looked at this many times finer than its samples."""
 NAMES = ("joint_names", "names", "joints")
 """Arrays of these names hold the names of the joints."""
+WRAPPERS = ("goal", "trajectory", "joint_trajectory")
+"""Messages of actions and of MoveIt have a JointTrajectory in a field of this name."""
+MULTI_DOF = "multi_dof_joint_trajectory"
+"""Beside it MoveIt has joints of several degrees of freedom here, such as a base that moves."""
 SUFFIXES = (".csv", ".npz", ".json", ".yaml", ".yml")
 """Files with these endings are read."""
 
@@ -78,7 +82,7 @@ def read_motion(path: str | Path, robot: Robot, *, linear: bool = False) -> Fore
         path: A CSV file with a header: `t` or `time`, a column for each joint, and perhaps `JOINT_velocity` and
             `JOINT_acceleration`. An NPZ file with `t` (N,), `q` (N, n), perhaps `velocity`, `acceleration` and
             `joint_names`, without which the columns are the robot's joints in order. Or a ROS message of type
-            JointTrajectory as JSON or YAML, of ROS 1 or 2, alone or as the `trajectory` of a goal.
+            JointTrajectory as JSON or YAML, of ROS 1 or 2, alone, as the `trajectory` of a goal or as MoveIt has it.
         robot: The robot.
         linear: Whether velocities are not used: the motion is then linear between its samples.
 
@@ -97,7 +101,8 @@ def read_motion(path: str | Path, robot: Robot, *, linear: bool = False) -> Fore
         error.source = error.source or str(path)
         raise
     except (OSError, EOFError, KeyError, IndexError, TypeError, ValueError, AttributeError, *DAMAGED) as error:
-        raise InvalidInput("motion", str(path), f"a file of a motion that can be read ({error!r})") from error
+        valid = f"a file of a motion that can be read ({type(error).__name__}: {error})"
+        raise InvalidInput("motion", str(path), valid) from error
 
 
 def limits_exceeded(robot: Robot, motion: ForeignMotion) -> tuple[Violation, ...]:
@@ -155,6 +160,8 @@ def _motion(table: _Table, robot: Robot, linear: bool) -> ForeignMotion:
 
 
 def _numbers(name: str, values: Any) -> Array:
+    if (kind := getattr(values, "dtype", None)) is not None and kind.kind in "bcmM":
+        raise InvalidInput(f"motion.{name}", str(kind), "an array of real numbers")
     try:
         array = np.array(values, float)
     except (TypeError, ValueError):
@@ -166,13 +173,18 @@ def _numbers(name: str, values: Any) -> Array:
 
 def _of_csv(file: Path) -> _Table:
     with file.open(newline="", encoding="utf-8-sig") as opened:
-        header, *rows = csv.reader(opened)
-    names = [name.strip() for name in header]
+        reader = csv.reader(opened)
+        lines = [(reader.line_num, row) for row in reader if row]
+    names = [name.strip() for name in lines[0][1]] if lines else []
+    if len(names) < 2:
+        header = names[0] if names else MISSING
+        raise InvalidInput("motion", header, "a header: the names of columns with commas between them")
     if len(set(names)) < len(names):
         raise InvalidInput("motion", next(n for n in names if names.count(n) > 1), "columns whose names differ")
-    for number, row in enumerate(rows, start=2):
+    for number, row in lines[1:]:
         if len(row) != len(names):
             raise InvalidInput("motion", f"line {number}", f"{len(names)} values, as in the header")
+    rows = [row for _, row in lines[1:]]
     columns = dict(zip(names, zip(*rows, strict=True), strict=True)) if rows else dict.fromkeys(names, ())
     table = _Table(t=_pop(columns, TIMES))
     derivatives: dict[str, dict[str, Any]] = {"velocity": {}, "acceleration": {}}
@@ -208,16 +220,20 @@ def _of_npz(file: Path) -> _Table:
     table = _Table(t=_pop(found, TIMES), position=_pop(found, POSITIONS))
     table.velocity, table.acceleration = _pop(found, VELOCITIES), _pop(found, ACCELERATIONS)
     names = _pop(found, NAMES)
-    table.names = None if names is None else [str(name) for name in names.tolist()]
+    table.names = None if names is None else names.astype(str).tolist()
     table.ignored = list(found)
     return table
 
 
 def _of_ros(file: Path) -> _Table:
-    text = file.read_text(encoding="utf-8")
+    # `ros2 topic echo` ends each message so.
+    text = file.read_text(encoding="utf-8-sig").rstrip().removesuffix("---")
     data = json.loads(text) if file.suffix.lower() == ".json" else parse_yaml("motion", text, str(file))
-    while isinstance(data, Mapping) and "joint_names" not in data and ("trajectory" in data or "goal" in data):
-        data = data["trajectory"] if "trajectory" in data else data["goal"]
+    while isinstance(data, Mapping) and (inside := [name for name in WRAPPERS if name in data]):
+        if len((data.get(MULTI_DOF) or {}).get("points") or ()):
+            raise InvalidInput(f"motion.{MULTI_DOF}.points", data[MULTI_DOF]["points"], "none: they are not read")
+        data = data[inside[0]]
+        data = data[0] if isinstance(data, list) and len(data) == 1 else data
     if not isinstance(data, Mapping) or "joint_names" not in data or "points" not in data:
         near = did_you_mean("joint_names", list(data)) if isinstance(data, Mapping) else ""
         raise InvalidInput("motion", str(file), f"a JointTrajectory with joint_names and points{near}")
@@ -241,6 +257,8 @@ def _seconds(time: Any) -> float:
     """Return a ROS duration in s: `sec` and `nanosec`, `secs` and `nsecs`, or a number."""
     if isinstance(time, int | float):
         return float(time)
+    if not isinstance(time, Mapping) or not set(time) <= {"sec", "secs", "nanosec", "nsecs"}:
+        raise InvalidInput("motion.points.time_from_start", time, "sec and nanosec, secs and nsecs, or a number, s")
     whole, part = (time.get(name, time.get(other, 0)) for name, other in (("sec", "secs"), ("nanosec", "nsecs")))
     return float(whole) + 1e-9 * float(part)
 

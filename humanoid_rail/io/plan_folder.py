@@ -130,7 +130,17 @@ def read_plan(
     except InvalidInput as error:
         error.source = source
         raise
-    return Plan(robot, scene, replace(trajectory, robot=robot, scene=scene))
+    known = _planned_in(Path(folder), trajectory, scene) if scene_file else scene
+    return Plan(robot, scene, replace(trajectory, robot=robot, scene=known))
+
+
+def _planned_in(folder: Path, trajectory: Trajectory, given: Scene) -> Scene:
+    """Return the scene in a folder, which the certificate is about, or the one given if it is not there or another."""
+    try:
+        own = _scene(str(folder / SCENE))
+    except InvalidInput:
+        return given
+    return own if own.name == trajectory.provenance.scene else given
 
 
 def _mesh(obstacle: Mesh, number: int) -> tuple[str, bytes]:

@@ -20,6 +20,7 @@ from humanoid_rail.errors import InvalidInput
 from humanoid_rail.io.tables import csv_bytes, npz_bytes
 from humanoid_rail.kinematics.joint_limits import Violation
 from humanoid_rail.kinematics.path_metric import PathQuality
+from humanoid_rail.kinematics.state import Course
 from humanoid_rail.model.pairs import UncheckedPair
 from humanoid_rail.planning.methods import METHODS
 from humanoid_rail.planning.options import PlanningMethod
@@ -29,12 +30,12 @@ from humanoid_rail.result import (
     Peak,
     Provenance,
     Retiming,
-    Samples,
     Search,
     Status,
     Timing,
     Verdict,
 )
+from humanoid_rail.samples import Samples, known_samples
 from humanoid_rail.trajectory import Trajectory
 
 DAMAGED = (BadZipFile, RuntimeError, zlib.error)
@@ -115,12 +116,12 @@ def _motion(summary: Mapping[str, Any], arrays: Mapping[str, Any]) -> Motion:
 
 
 def _samples(summary: Mapping[str, Any], arrays: Mapping[str, Any]) -> Samples:
-    return Samples(
+    course = Course(
         hands=frozen(np.stack([arrays[name] for name in summary["hand_names"]], axis=1)),
-        hand_names=tuple(summary["hand_names"]),
-        clearance=frozen(arrays["clearance"]),
         manipulability=frozen(arrays["manipulability"]),
+        clearance=frozen(arrays["clearance"]),
     )
+    return known_samples(tuple(summary["hand_names"]), course)
 
 
 def _verdict(summary: Mapping[str, Any]) -> Verdict:
@@ -167,8 +168,7 @@ def _method(method: Mapping[str, Any]) -> PlanningMethod:
     """Return a method from its name and its options.
 
     Raises:
-        ValueError: If there is no method of that name, or an option is not valid.
-        TypeError: If it does not have one of the options.
+        ValueError: If there is no method of that name, it does not have one of the options, or one is not valid.
     """
     if method["name"] not in METHODS:
         raise ValueError(f"the method is {method['name']!r}, not one of {', '.join(METHODS)}")

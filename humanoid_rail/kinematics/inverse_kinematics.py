@@ -10,6 +10,8 @@ from collections.abc import Sequence
 from functools import cache
 from typing import NamedTuple
 
+import numpy as np
+
 from humanoid_rail._arrays import Array
 from humanoid_rail._native import engine
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
@@ -57,16 +59,39 @@ class InverseKinematics:
             tasks: What is to be reached.
             distance: The distance that all pairs keep, m; minus infinity to leave clearances alone.
         """
-        found = self._native.solve(start, self._native_stack(tasks), distance)
+        found = self._native.solve(start, self._stack_of(tasks), distance)
         return Posture(found.q, found.error, found.clearance, found.reached)
+
+    def reached(self, starts: Sequence[Array], tasks: Sequence[Task], distance: float) -> list[Array]:
+        """Return the configurations (n,) in which tasks are done that are found from several others.
+
+        Args:
+            starts: Configurations (n,), m and rad.
+            tasks: As for :meth:`solve`.
+            distance: As for :meth:`solve`.
+        """
+        found: list[Array] = self._native.reached(np.array(starts), self._stack_of(tasks), distance)
+        return found
+
+    def pulled(self, goal: Array, start: Array, tasks: Sequence[Task], distance: float) -> Array:
+        """Return a configuration (n,) in which tasks are done nearer to a start, by looking from between the two.
+
+        Args:
+            goal: Configuration (n,) in which the tasks are done, m and rad; returned if none nearer is found.
+            start: Configuration (n,); nearness is measured in joint coordinates in units of the speed limits.
+            tasks: As for :meth:`solve`.
+            distance: As for :meth:`solve`.
+        """
+        nearer: Array = self._native.pulled(goal, start, self._stack_of(tasks), distance)
+        return nearer
 
     def evaluate(self, q: Array, tasks: Sequence[Task]) -> tuple[Array, Array]:
         """Return the errors (r,) of tasks at a configuration (n,), m and rad, and their Jacobian (r, n)."""
-        error, jacobian = self._native.evaluate(q, self._native_stack(tasks))
+        error, jacobian = self._native.evaluate(q, self._stack_of(tasks))
         return error, jacobian
 
-    def _native_stack(self, tasks: Sequence[Task]) -> object:
-        # The same tasks are asked for again and again.
+    def _stack_of(self, tasks: Sequence[Task]) -> object:
+        # The same tasks are looked for from many starts.
         stack = self._stack
         if stack is None or stack[0] is not tasks:
             stack = self._stack = tasks, native_tasks(self.robot, tasks, self._state_at)

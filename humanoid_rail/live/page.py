@@ -1,7 +1,8 @@
-"""The page in the browser: the world with gizmos to drag, and the panel beside it. It and the stage know viser."""
+"""The page in the browser: the world with gizmos to drag, and the panel beside it. What is in it is drawn by viser."""
 
 from __future__ import annotations
 
+import math
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -12,17 +13,19 @@ import pinocchio as pin
 import viser
 
 from humanoid_rail._arrays import Array
+from humanoid_rail.io.carried_robot import is_papers
+from humanoid_rail.kinematics.kinematics import Kinematics
+from humanoid_rail.live.obstacles import Obstacles
 from humanoid_rail.live.session import SPEED, Mode, Session, Shown
-from humanoid_rail.live.stage import draw, mark_target, set_stage
-from humanoid_rail.live.triangles import obstacle_triangles, triangles
+from humanoid_rail.live.stage import draw, mark_target, put, set_stage
+from humanoid_rail.live.triangles import triangles
 from humanoid_rail.live.world import World, placed, placement, target_rotation, turned_target
 from humanoid_rail.model.library import load_robot
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.methods import METHODS
-from humanoid_rail.scene.obstacles import Box, HalfSpace, Obstacle
-from humanoid_rail.scene.targets import Pose, Target, is_oriented, position
+from humanoid_rail.scene.targets import Pose, Target, is_oriented, numbers_there, position
 from humanoid_rail.viewer.colours import PLAIN, colour_of, hand_colour
-from humanoid_rail.viewer.drawing import is_floor, obstacle_colours
+from humanoid_rail.viewer.drawing import node_name
 from humanoid_rail.viewer.sizes import scale
 from humanoid_rail.viewer.visual_meshes import robot_visuals
 
@@ -44,10 +47,11 @@ class Page:
         self.server, self.session = server, session
         self._robot: Robot | None = None
         self._joints: dict[str, Any] = {}
-        self._status = ""
+        self._status, self._mode = "", session.mode
         self._chosen: tuple[int, Any] | None = None
         self._choosing = threading.Lock()
         self.targets: dict[tuple[int, str], Any] = {}
+        self.numbers: dict[tuple[int, str], Any] = {}
         """The gizmo of each target, by step and hand."""
         set_stage(server, session.world)
         self._draw_world(session.world)
@@ -56,43 +60,44 @@ class Page:
 
     def show(self, shown: Shown) -> None:
         """Show a moment."""
-        robot = self.session.world.robot
+        robot, mode = self.session.world.robot, self.session.mode
         if robot is not self._robot:
             self._draw_robot(robot)
+        if mode is not self._mode:  # also where nobody chose it
+            self._mode, self.mode.value = mode, str(mode)
         if len(shown.q) != robot.n:
             return
         with self.server.atomic():
             self._move_robot(robot, shown.q)
-            for handle, there in zip(self._obstacles, shown.places, strict=True):
-                if handle is not None:
-                    _put(handle, there)
+            self.obstacles.show(shown.places, self._kinematics.stick_figure(shown.q))
         if shown.status != self._status:
             self._status = self.markdown.content = shown.status
 
     def _draw_robot(self, robot: Robot) -> None:
         if self._robot is not None:
             self.server.scene.remove_by_name("/robot")
-        self._robot, self._data = robot, robot.model.createData()
+        self._robot, self._data, self._kinematics = robot, robot.model.createData(), Kinematics(robot)
         self.server.scene.add_frame("/robot", show_axes=False)
         self._joints = {}
         for visual in robot_visuals(robot):
+            joint = f"/robot/{node_name(visual.joint)}"
             if visual.joint not in self._joints:
-                frame = self.server.scene.add_frame(f"/robot/{visual.joint}", show_axes=False)
+                frame = self.server.scene.add_frame(joint, show_axes=False)
                 self._joints[visual.joint] = frame
             rgba = PLAIN if visual.rgba is None else visual.rgba
             node = draw(
                 self.server,
-                f"/robot/{visual.joint}/{visual.name}",
+                f"{joint}/{node_name(visual.name)}",
                 triangles(visual.shape),
                 colour_of(np.array(rgba)),
                 flat=isinstance(visual.shape, coal.Box),
             )
-            _put(node, visual.placement)
+            put(node, visual.placement)
 
     def _move_robot(self, robot: Robot, q: Array) -> None:
         pin.forwardKinematics(robot.model, self._data, robot.full_configuration(q))
         for name, frame in self._joints.items():
-            _put(frame, self._data.oMi[robot.model.getJointId(name)])
+            put(frame, self._data.oMi[robot.model.getJointId(name)])
 
     def _draw_world(self, world: World) -> None:
         self._draw_robot(world.robot)
@@ -101,31 +106,7 @@ class Page:
             for i, hand in enumerate(world.robot.hands):
                 if step[hand.name] is not None:
                     self._add_target(number, hand.name, i, size)
-        self._obstacles = [
-            self._add_obstacle(i, obstacle, colour)
-            for i, (obstacle, colour) in enumerate(
-                zip(world.scene.obstacles, obstacle_colours(world.scene.obstacles), strict=True)
-            )
-        ]
-
-    def _add_obstacle(self, i: int, obstacle: Obstacle, colour: int) -> Any:
-        """Draw an obstacle, which a click chooses; return its node, None for a half-space, which does not move."""
-        if is_floor(obstacle):
-            return None
-        is_wall = isinstance(obstacle, HalfSpace)
-        frame = self.server.scene.add_frame(f"/obstacles/{i}", show_axes=False)
-        body = draw(
-            self.server,
-            f"/obstacles/{i}/body",
-            obstacle_triangles(obstacle),
-            colour,
-            opacity=0.2 if is_wall else None,
-            flat=isinstance(obstacle, Box),
-        )
-        if is_wall:
-            return None
-        body.on_click(lambda _: self.choose(i))
-        return frame
+        self.obstacles = Obstacles(self.server, world.scene.obstacles, self.choose)
 
     @property
     def chosen(self) -> int | None:
@@ -144,14 +125,17 @@ class Page:
     def _add_target(self, step: int, hand: str, i: int, size: float) -> None:
         target = self.session.world.scene.steps[step][hand]
         assert target is not None
-        name = f"/targets/{step}/{hand}"
+        name = f"/targets/{step}/{node_name(hand)}"
         gizmo = self.server.scene.add_transform_controls(
             name, scale=0.4 * size, disable_rotations=not is_oriented(target)
         )
         rotation = target_rotation(target)
-        _put(gizmo, pin.SE3(rotation, np.array(position(target))))
-        number = str(step + 1) if len(self.session.world.scene.steps) > 1 else ""
-        mark_target(self.server, name, rotation, hand_colour(i), size, pointed=is_directed(target), number=number)
+        put(gizmo, pin.SE3(rotation, np.array(position(target))))
+        steps = self.session.world.scene.steps
+        number = numbers_there(steps, step, hand) if len(steps) > 1 else ""
+        self.numbers[step, hand] = mark_target(
+            self.server, name, rotation, hand_colour(i), size, pointed=is_directed(target), number=number
+        )
 
         def moved(_: object) -> None:
             there = _pose(gizmo)
@@ -161,14 +145,22 @@ class Page:
                 return world.with_target(step, hand, turned_target(before, there.translation, there.rotation))
 
             self.session.change(change)
+            self._number_targets(hand)
 
         gizmo.on_update(moved)
         self.targets[step, hand] = gizmo
 
+    def _number_targets(self, hand: str) -> None:
+        """Say at each target of a hand which steps have it there: two may have come together, or parted."""
+        steps = self.session.world.scene.steps
+        for (step, other), label in self.numbers.items():
+            if other == hand and len(steps) > 1 and label.text != (said := numbers_there(steps, step, hand)):
+                label.text = said
+
     def _obstacle_gizmo(self, i: int) -> Any:
         size = scale(self.session.world.robot)
         gizmo = self.server.scene.add_transform_controls(f"/handles/{i}", scale=0.5 * size, depth_test=False)
-        _put(gizmo, placement(self.session.world.scene.obstacles[i]))
+        put(gizmo, placement(self.session.world.scene.obstacles[i]))
 
         def moved(_: object) -> None:
             there = _pose(gizmo)
@@ -187,13 +179,13 @@ class Page:
         # Sharing would open the page to others by way of a server of viser's.
         gui.configure_theme(show_share_button=False, show_logo=False)
         gui.set_panel_label(world.scene.name)
-        mode: Any = gui.add_dropdown("mode", [str(mode) for mode in Mode], initial_value=str(Mode.PLAN))
+        self.mode: Any = gui.add_dropdown("mode", [str(mode) for mode in Mode], initial_value=str(session.mode))
 
         def chosen() -> None:
-            session.set_mode(Mode(mode.value))
-            mode.value = str(session.mode)  # another one, where the robot cannot follow
+            session.set_mode(Mode(self.mode.value))
+            self.mode.value = str(session.mode)  # another one, where the robot cannot follow
 
-        mode.on_update(by_user(chosen))
+        self.mode.on_update(by_user(chosen))
         method = gui.add_dropdown("method", list(METHODS), initial_value=next(iter(METHODS)))
         method.on_update(by_user(lambda: session.set_method(method.value)))
         gui.add_button("Replan").on_click(lambda _: session.replan())
@@ -202,15 +194,16 @@ class Page:
         self.markdown = gui.add_markdown("")
         with gui.add_folder("Joints", expand_by_default=False):
             self._add_joints(world)
-        if is_papers(world.robot):
+        if has_sizes(world.robot):
             with gui.add_folder("Robot", expand_by_default=False):
                 self._add_sizes()
 
     def _add_joints(self, world: World) -> None:
         robot = world.robot
-        for i, (name, low, high) in enumerate(zip(robot.joint_names, robot.lower, robot.upper, strict=True)):
-            low, high = float(np.ceil(100 * low) / 100), float(np.floor(100 * high) / 100)
-            slider = self.server.gui.add_slider(name, low, high, 0.01, round(float(np.clip(world.q[i], low, high)), 2))
+        for i, (name, lower, upper) in enumerate(zip(robot.joint_names, robot.lower, robot.upper, strict=True)):
+            low, high, digits = slider_range(float(lower), float(upper))
+            there = round(float(np.clip(world.q[i], low, high)), digits)
+            slider = self.server.gui.add_slider(name, low, high, 10.0**-digits, there)
 
             def moved(i: int = i, slider: Any = slider) -> None:
                 def change(before: World) -> World:
@@ -237,6 +230,18 @@ class Page:
             slider.on_update(by_user(lambda: self.session.load_robot(load)))
 
 
+def slider_range(lower: float, upper: float) -> tuple[float, float, int]:
+    """Return the ends of a slider within limits, and to how many digits it is set: hundredths, or finer if it is short.
+
+    A joint that cannot move has a slider of no length.
+    """
+    width = upper - lower
+    digits = max(2, 2 - math.floor(math.log10(width))) if width > 0 else 2
+    one = 10**digits
+    low, high = math.ceil(one * lower) / one, math.floor(one * upper) / one
+    return (low, high, digits) if width > 0 else (lower, lower, digits)
+
+
 def by_user(work: Callable[[], None]) -> Callable[[Any], None]:
     """Return what calls a function for what a user did, and not for what this program set."""
 
@@ -252,15 +257,9 @@ def is_directed(target: Target) -> bool:
     return isinstance(target, Pose) and target.approach is not None
 
 
-def is_papers(robot: Robot) -> bool:
-    """Return whether a robot is the paper's, whose sizes can be set."""
-    return robot.urdf == load_robot().urdf
-
-
-def _put(handle: Any, placement: pin.SE3) -> None:
-    handle.position = tuple(placement.translation.tolist())
-    x, y, z, w = pin.Quaternion(placement.rotation).coeffs().tolist()
-    handle.wxyz = (w, x, y, z)
+def has_sizes(robot: Robot) -> bool:
+    """Return whether sliders can set the sizes of a robot: the paper's, with the sizes at which they begin."""
+    return is_papers(robot) and robot.urdf == load_robot().urdf
 
 
 def _pose(handle: Any) -> pin.SE3:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -9,8 +11,9 @@ from contextlib import contextmanager, suppress
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, NamedTuple
 
+from humanoid_rail._called import pip_install
 from humanoid_rail._signals import END_ASKED, interruptible
-from humanoid_rail.errors import HumanoidRailError, checked_number
+from humanoid_rail.errors import HumanoidRailError, InvalidInput, checked_number
 from humanoid_rail.live.session import Session
 from humanoid_rail.live.world import World
 from humanoid_rail.model.robot import Robot
@@ -21,6 +24,10 @@ if TYPE_CHECKING:
 
 LOOPBACK = "127.0.0.1"
 """Only this machine reaches the page, unless another address is asked for."""
+LAST_PORT = 65535
+"""The last port."""
+TAKEN = (errno.EADDRINUSE, errno.EACCES)
+"""What is said of a port that another one listens at, or that only the system may use."""
 FRAME = 1.0 / 30.0
 """The page shows another moment after this time, s."""
 
@@ -50,12 +57,13 @@ def serving(robot: Robot, scene: Scene, *, host: str = LOOPBACK, port: int = 808
         The page. What is done to its session is shown, and the other way round.
 
     Raises:
-        InvalidInput: If the scene is not one for this robot.
+        InvalidInput: If the scene is not one for this robot, or nothing can listen at the address.
         HumanoidRailError: If viser is not installed.
     """
     if find_spec("viser") is None:
-        raise HumanoidRailError("the live page needs viser: pip install 'humanoid_rail[live]'")
-    checked_number("port", port, least=1, most=65535)
+        raise HumanoidRailError(f"the live page needs viser: {pip_install('humanoid_rail[live]')}")
+    checked_number("port", port, least=1, most=LAST_PORT)
+    port = free_port(host, port)
     session = Session(World.of(robot, scene))
     try:
         # Imported here: it is an extra, and takes long.
@@ -70,7 +78,7 @@ def serving(robot: Robot, scene: Scene, *, host: str = LOOPBACK, port: int = 808
             ticker = threading.Thread(target=_tick, args=(page.show, session, ends), name="humanoid_rail live page")
             ticker.start()
             try:
-                yield Live(session, page, f"http://{host}:{server.get_port()}")
+                yield Live(session, page, f"http://{f'[{host}]' if ':' in host else host}:{server.get_port()}")
             finally:
                 ends.set()
                 ticker.join()
@@ -93,6 +101,31 @@ def serve(
         on_ready(live.url)
         while not END_ASKED.wait(0.5):
             pass
+
+
+def free_port(host: str, port: int) -> int:
+    """Return the first port from this one on that is free. The thread of viser's that looks for one may die of it.
+
+    Raises:
+        InvalidInput: If there is none, or nothing can listen at the address.
+    """
+    for free in range(port, LAST_PORT + 1):
+        try:
+            _listen(host, free)
+        except (OSError, UnicodeError) as error:
+            if getattr(error, "errno", None) not in TAKEN:
+                raise InvalidInput("host", host, f"an address of this machine ({error})") from error
+        else:
+            return free
+    raise InvalidInput("port", port, "a port that is free, or one below that")
+
+
+def _listen(host: str, port: int) -> None:
+    """Listen at all that a name stands for, and end it at once."""
+    if not host:
+        raise OSError("it is empty")
+    for family, *_, address in socket.getaddrinfo(host, port, type=socket.SOCK_STREAM):
+        socket.create_server(address, family=family).close()
 
 
 def _tick(show: Callable[..., None], session: Session, ends: threading.Event) -> None:

@@ -75,10 +75,10 @@ def set_stage(server: viser.ViserServer, world: World) -> None:
 
 def mark_target(
     server: viser.ViserServer, name: str, rotation: Array, colour: int, size: float, *, pointed: bool, number: str
-) -> None:
+) -> Any:
     """Draw a target at the origin of a node: a ball, a cone whose tip comes along x if pointed, and a number below it.
 
-    The node is turned by the rotation (3, 3).
+    The node is turned by the rotation (3, 3). The label of the number is returned.
     """
     scene, paint = server.scene, bytes_of(colour)
     scene.add_icosphere(f"{name}/ball", radius=0.035 * size, color=paint)
@@ -90,20 +90,20 @@ def mark_target(
         cone.apply_transform(pin.SE3(turn, np.array([-length, 0.0, 0.0])).homogeneous)
         mesh = Triangles(np.array(cone.vertices), np.array(cone.faces))
         draw(server, f"{name}/direction", mesh, colour)
-    if number:
-        below = rotation.T @ np.array([0.0, 0.0, -0.1 * size])
-        scene.add_label(f"{name}/number", number, position=tuple(below.tolist()), anchor="top-center")
+    below = rotation.T @ np.array([0.0, 0.0, -0.1 * size])
+    place = tuple(below.tolist())
+    return scene.add_label(f"{name}/number", number, position=place, anchor="top-center", visible=bool(number))
 
 
 def draw(
-    server: viser.ViserServer,
+    server: viser.ViserServer | viser.ClientHandle,
     name: str,
     mesh: Triangles,
     colour: int,
     opacity: float | None = None,
     flat: bool = False,
 ) -> Any:
-    """Draw triangles in a colour; flat ones have edges."""
+    """Draw triangles in a colour, in all browsers or in one; flat ones have edges."""
     return server.scene.add_mesh_simple(
         name,
         mesh.vertices,
@@ -114,3 +114,10 @@ def draw(
         side="double",
         cast_shadow=opacity is None,
     )
+
+
+def put(handle: Any, placement: pin.SE3) -> None:
+    """Put a node somewhere."""
+    handle.position = tuple(placement.translation.tolist())
+    x, y, z, w = pin.Quaternion(placement.rotation).coeffs().tolist()
+    handle.wxyz = (w, x, y, z)

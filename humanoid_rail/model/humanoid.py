@@ -176,9 +176,8 @@ def paper_robot(urdf: str) -> Robot:
 def _number(name: str, value: object, known: dict[str, str]) -> float:
     """Return the value of a xacro argument, checked."""
     if name not in known:
-        raise InvalidInput(
-            name, value, f"one of the xacro arguments {', '.join(sorted(known))}{did_you_mean(name, known)}"
-        )
+        valid = f"one of the xacro arguments {', '.join(sorted(known))}{did_you_mean(name, known)}"
+        raise InvalidInput("argument", name, valid)
     if name == "trunk_bodies":
         if (given := checked_number(name, value)) not in (0.0, 1.0):
             raise InvalidInput(name, value, "1 or 0")

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from xml.etree import ElementTree
 
+import numpy as np
 import pinocchio as pin
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.errors import InvalidInput
 from humanoid_rail.model.far_parts import FarParts, far_parts, may_meet, part_distance
 from humanoid_rail.model.urdf import Urdf
+from humanoid_rail.model.urdf_link import Link, MeshFile
 
 
 @dataclass(frozen=True)
@@ -173,13 +175,32 @@ def unchecked_pairs(
             yield UncheckedPair(a, b, reasons.get(pair, NOT_AMONG))
 
 
-def links_without_body(urdf: Urdf, links: tuple[str, ...]) -> tuple[str, ...]:
+def links_without_body(
+    urdf: Urdf, links: Collection[str], hands: Collection[str] = (), fixed: Collection[str] = ()
+) -> tuple[str, ...]:
     """Return the links of a URDF that are visible or have a mass, and no collision body.
+
+    Those that would be hit first come first: hands, then the others by how far what is seen of them reaches from their
+    frame, then those that nothing moves.
 
     Args:
         urdf: All links.
         links: The links that have one.
+        hands: The links of hands.
+        fixed: The links that no joint moves.
     """
-    return tuple(
-        name for name, link in urdf.links.items() if name not in links and (link.visuals or link.inertial is not None)
-    )
+    bare = [link for link in urdf.links.values() if link.name not in links and (link.visuals or link.inertial)]
+    bare.sort(key=lambda link: (link.name not in hands, link.name in fixed, -_seen_reach(link)))
+    return tuple(link.name for link in bare)
+
+
+def _seen_reach(link: Link) -> float:
+    """Return how far the visual bodies of a link reach from its frame, m; of meshes that is not known: infinity."""
+    reaches = [0.0]
+    for body in link.visuals:
+        if isinstance(body.shape, MeshFile):
+            return np.inf
+        body.shape.computeLocalAABB()
+        middle = body.placement.act(body.shape.aabb_center)
+        reaches.append(float(np.linalg.norm(middle)) + body.shape.aabb_radius)
+    return max(reaches)

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from humanoid_rail._arrays import Array, FrozenArrays, frozen
 from humanoid_rail.errors import InvalidInput
-from humanoid_rail.model.arm_reach import arm_reach
+from humanoid_rail.model.arm_reach import arm_reach, farthest_from_base
 from humanoid_rail.model.pairs import UncheckedPair, links_without_body, unchecked_pairs
 from humanoid_rail.model.urdf import read_urdf
 
@@ -120,13 +120,22 @@ class Robot(FrozenArrays):
 
     @cached_property
     def links_without_body(self) -> tuple[str, ...]:
-        """Links that are visible or have a mass, and no collision body: nothing is known of what they touch."""
-        return links_without_body(read_urdf(self.urdf), self.link_names)
+        """Links that are visible or have a mass, and no collision body: nothing is known of what they touch.
+
+        Hands come first, then what is seen reaching farthest, last what no joint moves.
+        """
+        fixed = {frame.name for frame in self.model.frames if frame.parentJoint == 0}
+        return links_without_body(read_urdf(self.urdf), self.link_names, {hand.frame for hand in self.hands}, fixed)
 
     @cached_property
     def arm_reaches(self) -> tuple[float, ...]:
         """How far each hand's arm reaches from its first joint, m."""
         return tuple(arm_reach(self.model, hand.frame, hand.arm) for hand in self.hands)
+
+    @cached_property
+    def farthest_hand(self) -> float:
+        """A distance from the base that no hand exceeds, m."""
+        return farthest_from_base(self.model, [hand.frame for hand in self.hands])
 
     @cached_property
     def speed_units(self) -> Array:

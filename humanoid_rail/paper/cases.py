@@ -67,8 +67,7 @@ def case_method(case: int, method: str = GradientProjection.name, **options: Any
         **options: Options of the method to use instead of the paper's, for example ``epsilon=0.8``.
 
     Raises:
-        InvalidInput: If there is no such case or method, or an option is not valid.
-        TypeError: If the method has no such option.
+        InvalidInput: If there is no such case, method or option, or an option is not valid.
     """
     if isinstance(case, bool) or case not in CASES:
         raise InvalidInput("case", case, f"one of {', '.join(map(str, CASES))}")
@@ -88,7 +87,6 @@ def plan_case(robot: Robot, case: int, method: str = GradientProjection.name, **
 
     Raises:
         InvalidInput: As :func:`case_method` and :func:`plan` do.
-        TypeError: If the method has no such option.
     """
     return plan(robot, paper_scene(), case_method(case, method, **options))
 

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from humanoid_rail._arrays import Array, triple
-from humanoid_rail.diagnosis import BlockingPair, Diagnosis, Miss, Remedy
+from humanoid_rail.diagnosis import HELPS, MISS, BlockingPair, Diagnosis, Miss, Remedy
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.task import Task
 from humanoid_rail.kinematics.task_stack import stack_error
@@ -40,7 +40,7 @@ from humanoid_rail.planning.remedies import (
 from humanoid_rail.planning.segments import Unreached
 from humanoid_rail.planning.target_shift import shifted_targets
 from humanoid_rail.result import Status
-from humanoid_rail.scene.obstacles import at_rest
+from humanoid_rail.scene.obstacles import Obstacle, at_rest
 
 MOST_PAIRS = 8
 """So many pairs are kept."""
@@ -48,6 +48,11 @@ MOST_REMEDIES = 4
 """So many remedies are looked for."""
 BY_AUTO = " (auto finds a plan then)"
 """Of other methods it is said that it was `auto` that tried out what would help."""
+CLEAR = ", which keeps the safety distance too"
+"""This is said of how far targets are moved."""
+UNTRIED = f"; {HELPS} is not looked for among obstacles that move"
+"""A remedy is tried out by configurations at the targets that are clear of everything, and by paths to them. Among
+moving obstacles a configuration is clear at its own time alone, and nothing searches for paths in time."""
 
 
 def diagnose(unreached: Unreached, method: PlanningMethod, started: float) -> Diagnosis:
@@ -81,20 +86,24 @@ def diagnose(unreached: Unreached, method: PlanningMethod, started: float) -> Di
     return _without_path(unreached, probe, best, goal, method)
 
 
-def in_one_line(diagnosis: Diagnosis, method: PlanningMethod) -> str:
-    """Return what a reason says of a diagnosis; nothing where only the end of a motion was looked at.
+def in_one_line(diagnosis: Diagnosis, method: PlanningMethod, obstacles: Sequence[Obstacle]) -> str:
+    """Return what a reason says of a diagnosis; of the miss nothing where only the end of a motion was looked at.
 
     Args:
         diagnosis: Why a segment did not reach its targets.
         method: What planned it. Where it is another than `auto`, it is said that `auto` tried out what would help.
+        obstacles: The obstacles of the scene. Where one moves, it is said that nothing was tried out.
     """
+    untried = "" if at_rest(obstacles) else UNTRIED
     if diagnosis.found_by == "motion" and not diagnosis.blocking and not diagnosis.remedies:
-        return ""
+        return untried
+    at_once = " with all hands at once" if diagnosis.found_by == "reach" and len(diagnosis.misses) > 1 else ""
+    said = f"; {MISS}{at_once}: {diagnosis.miss}" if diagnosis.miss else ""
     if not diagnosis.remedies:
-        return f"; nearest miss: {diagnosis.miss}"
+        return said + untried
     remedy = diagnosis.remedies[0]
     by_another = not isinstance(method, Auto) and remedy.proven == PLANNED and remedy.what != USE_AUTO
-    return f"; nearest miss: {diagnosis.miss}; what would help: {remedy.what}{BY_AUTO if by_another else ''}"
+    return f"{said}; {HELPS}: {remedy.what}{BY_AUTO if by_another else ''}"
 
 
 CUT_OFF = (Status.PLANNING_TIMEOUT, Status.TIME_LIMIT, Status.OVERRUN, Status.UNCERTIFIED)
@@ -109,7 +118,7 @@ def _without_goal(unreached: Unreached, probe: Probe, best: Array) -> Diagnosis:
     if found is not None:
         moved, q = found
         by = "posture"
-        remedies.append(targets_moved(probe, tasks, moved))
+        remedies.append(targets_moved(probe, tasks, moved, CLEAR if probe.has_distance else ""))
     there = probe.solve(q, tasks, -np.inf)
     pairs = blocking_pairs(problem.native, q, there.q, probe.kept) if there.reached else ()
     remedies += [

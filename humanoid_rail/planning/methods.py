@@ -37,8 +37,9 @@ from humanoid_rail.resolution.rollout import rollout
 from humanoid_rail.result import Search, Status
 from humanoid_rail.scene.obstacles import at_rest
 from humanoid_rail.scene.scene import Scene
-from humanoid_rail.search.auto import Budget, as_far_as_qp, find_path, follow
+from humanoid_rail.search.auto import Budget, find_path
 from humanoid_rail.search.exact_end import EXACT, led_on
+from humanoid_rail.search.path_result import as_far_as_qp, follow
 from humanoid_rail.search.reachability import followed, followed_gains, turning
 
 LARGEST_SEED = 2**31 - 1
@@ -54,7 +55,7 @@ class GradientProjection(Options):
     It neither prevents collisions nor knows limits: the verdict says what happened, whatever the status.
 
     Raises:
-        InvalidInput: If an option is not valid.
+        InvalidInput: If there is no such option, or one is not valid.
     """
 
     name: ClassVar[str] = "gradient-projection"
@@ -99,7 +100,7 @@ class SafeVelocity(SafeOptions):
     get stuck where a path exists.
 
     Raises:
-        InvalidInput: If an option is not valid.
+        InvalidInput: If there is no such option, or one is not valid.
     """
 
     name: ClassVar[str] = "qp"
@@ -126,7 +127,7 @@ class Auto(SafeOptions):
     and at the targets of each step: docs/least_time.md. Among obstacles that move the motion is `qp`. See docs/auto.md.
 
     Raises:
-        InvalidInput: If an option is not valid.
+        InvalidInput: If there is no such option, or one is not valid.
     """
 
     name: ClassVar[str] = "auto"
@@ -200,7 +201,7 @@ class Auto(SafeOptions):
             return Planned(follow(problem, found, settings), found.found_by, search)
         # What is left of the time, which is little where that is why there is no path.
         rest = replace(settings, max_planning_time=max(left - (time.perf_counter() - started), 0.0))
-        motion = as_far_as_qp(found, rollout(problem.native, problem.q, tasks, gains, self.safety, rest))
+        motion = as_far_as_qp(found, rollout(problem.native, problem.q, tasks, gains, self.safety, rest), rest)
         if len(tasks) == len(problem.tasks):
             motion = led_on(problem, motion, self.safety_distance, settings)
         elif motion.status is Status.REACHED:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import Any, ClassVar, Protocol, runtime_checkable
+from typing import Any, ClassVar, Protocol, Self, runtime_checkable
 
 import numpy as np
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.collision.certifier import least_distance
-from humanoid_rail.errors import InvalidInput, checked_number, told_apart
+from humanoid_rail.errors import InvalidInput, checked_number, did_you_mean, told_apart
 from humanoid_rail.kinematics.state import KinematicsModel
 from humanoid_rail.problem import Problem
 from humanoid_rail.resolution.integrate import Integration, Settings
@@ -96,7 +96,7 @@ class Options:
     """What all methods have in common.
 
     Raises:
-        InvalidInput: If an option is not valid.
+        InvalidInput: If there is no such option, or one is not valid.
     """
 
     name: ClassVar[str]
@@ -123,6 +123,15 @@ class Options:
     far_clearances: bool = False
     """Whether to measure at each sample also the clearances beyond the activation distance. If not, they are infinite,
     except for the smallest, so `min_clearance` is right in any case."""
+
+    def __new__(cls, *_arguments: object, **options: object) -> Self:
+        """Make a method whose options are all known; `__init__` checks their values."""
+        known = [field.name for field in fields(cls)]
+        for name, value in options.items():
+            if name not in known:
+                valid = f"one of the options of {cls.__name__}, {', '.join(known)}{did_you_mean(name, known)}"
+                raise InvalidInput(name, value, valid)
+        return super().__new__(cls)
 
     def __post_init__(self) -> None:
         gains = Gains(self.gain, self.c_mu, self.c_kappa, self.epsilon, self.objectives)
@@ -174,8 +183,8 @@ class Options:
 
     def _settings(self, moved: float = 0.0, **more: float) -> Settings:
         given = {"rtol": 1.0, "atol": 1.0, **more}
-        left = self.max_time - moved
-        return Settings(tolerance=self.tolerance, dt=self.dt, max_time=left, max_time_of_all=self.max_time, **given)
+        times = {"max_time": self.max_time - moved, "max_time_of_all": self.max_time, "begun": moved}
+        return Settings(tolerance=self.tolerance, dt=self.dt, **times, **given)
 
 
 @dataclass(frozen=True, kw_only=True)

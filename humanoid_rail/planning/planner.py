@@ -5,8 +5,6 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 
-import numpy as np
-
 from humanoid_rail._arrays import frozen
 from humanoid_rail._native import why_no_engine
 from humanoid_rail.collision.certificate import Certificate
@@ -25,7 +23,8 @@ from humanoid_rail.planning.start import check_start, warn_of_depth
 from humanoid_rail.planning.units import warn_of_units
 from humanoid_rail.problem import Problem
 from humanoid_rail.resolution.integrate import Integration
-from humanoid_rail.result import Motion, Provenance, Samples, Status, Verdict
+from humanoid_rail.result import Motion, Provenance, Status, Verdict
+from humanoid_rail.samples import samples_along
 from humanoid_rail.scene.scene import Scene, check_scene, start_of_scene
 from humanoid_rail.timing.lower_bound import least_duration_of
 from humanoid_rail.timing.time_optimal import limits_of
@@ -110,14 +109,13 @@ def _result(
 ) -> Trajectory:
     """Return a motion as a trajectory, with the verdict on it."""
     robot, motion = kinematics.robot, segments.motion
-    course = kinematics.along(motion.q, np.inf if method.far_clearances else method.epsilon, motion.t)
     timed = None if segments.timed is None else joined_motion(robot, scene.obstacles, segments.timed)
     certificate, certification_time = _certified(robot, scene, motion, timed)
     status, reason = judged(certificate, method.kept_distance, motion.status, motion.reason)
     planning_time, diagnosis = time.perf_counter() - started, None
     if segments.unreached is not None and certificate is not None:
         diagnosis = diagnose(segments.unreached, method, started)
-        reason += in_one_line(diagnosis, method)
+        reason += in_one_line(diagnosis, method, scene.obstacles)
     if status is not Status.REACHED:
         reason += _held(robot) + size_hint(robot, method, status)
     found = Motion(
@@ -137,12 +135,7 @@ def _result(
     )
     return Trajectory(
         motion=found,
-        samples=Samples(
-            hands=frozen(course.hands),
-            hand_names=robot.hand_names,
-            clearance=frozen(course.clearance),
-            manipulability=frozen(course.manipulability),
-        ),
+        samples=samples_along(robot, scene.obstacles, found.t, found.q, method, method.engine),
         verdict=verdict,
         provenance=Provenance(
             scene=scene.name,

@@ -26,6 +26,8 @@ AT_LIMIT = 1e-4
 """A joint is at a limit within this share of its range."""
 FURTHER = (1.0, 1.02, 1.05, 1.1, 1.2, 1.4)
 """A hand that is just in reach is stretched, and may touch something: so many times the shift is tried."""
+FURTHER_SAID = ", a little more than it misses, to keep clear"
+"""This is said of such a shift."""
 MOST_LIMITS = 2
 """So many limits are named, those that hold back most."""
 STARTS = 6
@@ -82,7 +84,8 @@ def _limits(robot: Robot, least: LeastError) -> list[tuple[int, str, str]]:
         for side, limit, falls in sides:
             is_there = abs(least.q[joint] - limit) <= AT_LIMIT * width[joint]
             if is_there and falls and abs(slope) > LEAST_SLOPE * least.error:
-                found.append((abs(slope), int(joint), side, f"{name} is at its {side} limit of {limit:.4g}"))
+                said = f"{name} is at its {side} limit of {limit:.4g} {robot.unit_of(name)}"
+                found.append((abs(slope), int(joint), side, said))
     return [(joint, side, said) for _, joint, side, said in sorted(found, reverse=True)[:MOST_LIMITS]]
 
 
@@ -97,7 +100,7 @@ def _moved(probe: Probe, tasks: Sequence[Task], moving: Sequence[str], q: Array)
             shift = np.sign(shift) * np.ceil(1e3 * further * np.abs(shift) - 1e-6) / 1e3
             moved = shifted(moved, hand, shift)
         if moving and probe.posture(moved, near=[q]) is not None:
-            return targets_moved(probe, tasks, moved)
+            return targets_moved(probe, tasks, moved, FURTHER_SAID if further > 1.0 else "")
     return None
 
 

@@ -31,13 +31,13 @@ ALONE = 2
 """So many obstacles are left out one at a time before all that are in the way are."""
 
 
-def targets_moved(probe: Probe, tasks: Sequence[Task], moved: Sequence[Task]) -> Remedy:
-    """Return that targets are moved to where there is a configuration clear of everything."""
+def targets_moved(probe: Probe, tasks: Sequence[Task], moved: Sequence[Task], why: str = "") -> Remedy:
+    """Return that targets are moved to where there is a configuration clear of everything; and why so far."""
     places = {hand: target_of(moved, hand) for hand in hands_with_targets(tasks)}
     changed = {hand: place for hand, place in places.items() if place != target_of(tasks, hand)}
     said = [f"the target of {called(hand)} {_by(target_of(tasks, hand), place)}" for hand, place in changed.items()]
     proven = PLANNED if probe.is_planned(moved) else POSTURE
-    return Remedy(f"move {' and '.join(said)}", proven, targets=tuple(changed.items()))
+    return Remedy(f"move {' and '.join(said)}{why}", proven, targets=tuple(changed.items()))
 
 
 def smaller_distance(probe: Probe, tasks: Sequence[Task], near: Sequence[Array]) -> Remedy | None:
@@ -68,7 +68,8 @@ def without_obstacles(probe: Probe, tasks: Sequence[Task], pairs: Sequence[Block
 def limit_opened(probe: Probe, tasks: Sequence[Task], robot: Robot, joint: str, side: str, value: float) -> Remedy:
     """Return that a position limit is opened to a value in m or rad, with which there is a configuration."""
     proven = PLANNED if probe.is_planned(tasks, robot=robot) else POSTURE
-    return Remedy(f"open the {side} limit of {joint} to {value:.4g}", proven, limit=(joint, side, value))
+    said = f"open the {side} limit of {joint} to {value:.4g} {robot.unit_of(joint)}"
+    return Remedy(said, proven, limit=(joint, side, value))
 
 
 def turned_freely(probe: Probe, tasks: Sequence[Task]) -> Remedy | None:

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from humanoid_rail.model.arm_reach import farthest_from_base
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import HalfSpace, Mesh, Obstacle, name_of
 from humanoid_rail.scene.scene import Scene, field_of_step
@@ -24,7 +23,7 @@ def warn_of_units(robot: Robot, scene: Scene) -> None:
 
     It is a warning, as there may be things far away.
     """
-    reach = farthest_from_base(robot.model, [hand.frame for hand in robot.hands])
+    reach = robot.farthest_hand
     if found := [*_far_targets(scene, reach), *_far_obstacles(scene.obstacles, reach)]:
         names = ", ".join(found[:3]) + (f" and {len(found) - 3} more" if len(found) > 3 else "")
         far = f"more than {FAR * reach:.3g} m from the base of a robot that reaches {reach:.3g} m"

@@ -17,6 +17,7 @@ from humanoid_rail.kinematics.kinematics import Kinematics
 from humanoid_rail.kinematics.state import State
 from humanoid_rail.kinematics.task import Task
 from humanoid_rail.kinematics.task_stack import count_rows, stack_error, stack_jacobian
+from humanoid_rail.resolution.remaining import what_remains
 from humanoid_rail.resolution.velocity import Gains, gradient_projection, lost_direction, singular_value
 from humanoid_rail.result import Status
 
@@ -53,11 +54,17 @@ class Settings:
     """Longest motion of all segments together, s; `max_time` if there is one segment."""
     max_planning_time_of_all: float | None = None
     """How long planning all segments may take, s; `max_planning_time` if there is one segment."""
+    begun: float = 0.0
+    """When the motion begins, as a segment of a longer one, s: times in reasons count from the start of that."""
 
     @property
     def time_option(self) -> str:
         """The option that limits the time of the motion, with its value."""
         return f"max_time = {self.max_time_of_all or self.max_time:g} s"
+
+    def at(self, t: float) -> str:
+        """Say when something is, after a time in s of this motion."""
+        return f"t = {self.begun + t:.4g} s"
 
     @property
     def planning_time_option(self) -> str:
@@ -182,30 +189,31 @@ class _Integrator:
         times, places, settings = self._times, self._places, self._settings
         t = sample_times(times[-1], settings.dt)
         q = OdeSolution(times, self._steps)(t).T if self._steps else places[0][None, :]
-        reason = explain(status, times[-1], left, self._evaluations, settings, broken)
+        remains = what_remains(self._kinematics.state(q[-1], times[-1]), self._tasks, left)
+        reason = explain(status, times[-1], remains, self._evaluations, settings, broken)
         visited = JointMotion(np.array(times[: len(places)]), np.array(places), np.array(self._velocities))
         return Integration(t, q, status, reason, self._evaluations, visited)
 
 
-def explain(status: Status, end: float, left: float, evaluations: int, settings: Settings, broken: str = "") -> str:
+def explain(status: Status, end: float, remains: str, evaluations: int, settings: Settings, broken: str = "") -> str:
     """Return a status in a sentence, with numbers.
 
     Args:
         status: What became of the targets.
         end: T, s.
-        left: |e| there, m.
+        remains: What remains to be done there, in words.
         evaluations: Number of evaluations of q_dot.
         settings: Tolerance and longest motion.
         broken: Why the integrator could not go on, if that is how it ended.
     """
-    where = f"|e| is {left:.4g} m at t = {end:.4g} s"
+    where = f"{remains} at {settings.at(end)}"
     match status:
         case Status.REACHED if evaluations == 0:
             return f"the hands start within tolerance = {settings.tolerance:g} m of their targets"
         case Status.REACHED:
             return f"|e| fell to tolerance = {settings.tolerance:g} m after {end:.4f} s"
         case Status.TIME_LIMIT:
-            return f"|e| is {left:.4g} m after the longest motion allowed, {settings.time_option}"
+            return f"{remains} after the longest motion allowed, {settings.time_option}"
         case Status.SINGULAR:
             return (
                 f"{where}: an arm is stretched to a singularity that keeps its hand from the target, "

@@ -14,6 +14,7 @@ from humanoid_rail.kinematics.task_stack import count_rows
 from humanoid_rail.resolution.integrate import Integration, Settings, explain
 from humanoid_rail.resolution.native_options import native_gains, native_safety, native_settings, status_of
 from humanoid_rail.resolution.qp import Safety
+from humanoid_rail.resolution.remaining import what_remains
 from humanoid_rail.resolution.velocity import Gains
 
 
@@ -74,5 +75,6 @@ def integrate_natively(
         start, stack, native_gains(kinematics.robot, gains, stack.rows, state_at), native_settings(settings, K)
     )
     status, t = status_of(motion.status), motion.t
-    reason = explain(status, t[-1], motion.left, motion.evaluations, settings, motion.broken)
+    remains = what_remains(kinematics.state(motion.q[-1], t[-1]), tasks, motion.left)
+    reason = explain(status, t[-1], remains, motion.evaluations, settings, motion.broken)
     return Integration(t, motion.q, status, reason, motion.evaluations, JointMotion(*motion.visited))

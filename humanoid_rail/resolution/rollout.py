@@ -8,6 +8,7 @@ proven of it is proven of the motion that a robot makes. The native engine does 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.collision.certificate import Contact
@@ -20,6 +21,7 @@ from humanoid_rail.kinematics.task_stack import count_rows
 from humanoid_rail.resolution.integrate import Integration, Settings, explain
 from humanoid_rail.resolution.native_options import native_gains, native_safety, native_settings, status_of
 from humanoid_rail.resolution.qp import Safety
+from humanoid_rail.resolution.remaining import what_remains
 from humanoid_rail.resolution.velocity import Gains
 from humanoid_rail.result import Status
 
@@ -54,34 +56,35 @@ def rollout(
     motion, overrun = kinematics.native.rollout(start, stack, *converted)
     contact = None if overrun is None else named_contact(kinematics.robot, kinematics.obstacles, overrun)
     status, t = status_of(motion.status), motion.t
-    reason = explain_rollout(status, t[-1], motion.left, motion.evaluations, settings, contact)
+    remains = what_remains(kinematics.state(motion.q[-1], t[-1]), tasks, motion.left)
+    reason = explain_rollout(status, t[-1], remains, motion.evaluations, settings, contact)
     if status is Status.STALLED and safety.equalities:
         reason += ", or none that does and satisfies the equalities"
     return Integration(t, motion.q, status, reason, motion.evaluations, JointMotion(*motion.visited))
 
 
 def explain_rollout(
-    status: Status, end: float, left: float, evaluations: int, settings: Settings, contact: Contact | None
+    status: Status, end: float, remains: str, evaluations: int, settings: Settings, contact: Contact | None
 ) -> str:
     """Return a status in a sentence, with numbers.
 
     Args:
         status: What became of the tasks.
         end: T, s.
-        left: |e| there, m.
+        remains: What remains to be done there, in words.
         evaluations: Number of steps.
         settings: Tolerance and longest motion.
         contact: What runs into the robot and when, if something does.
     """
-    where = f"|e| is {left:.4g} m at t = {end:.4g} s"
+    where = f"{remains} at {settings.at(end)}"
     match status:
         case Status.STALLED:
             return f"{where}: no velocity that keeps clear and within the limits brings the hands nearer"
         case Status.PLANNING_TIMEOUT:
             return f"{where}, where planning was cut off by {settings.planning_time_option}"
         case Status.OVERRUN if contact is not None:
-            return f"{where}, and even standing still {contact}"
+            return f"{where}, and even standing still {replace(contact, t=settings.begun + contact.t)}"
         case Status.OVERRUN:
             return f"{where}, and neither a step nor standing still can be shown to be free of contact"
         case _:  # the others end an integration too
-            return explain(status, end, left, evaluations, settings)
+            return explain(status, end, remains, evaluations, settings)

@@ -22,14 +22,14 @@ from humanoid_rail._arrays import Array, frozen
 from humanoid_rail.collision.certificate import Certificate
 from humanoid_rail.errors import InvalidInput, check_kind, checked_number, told_apart
 from humanoid_rail.kinematics.joint_limits import limit_violations
-from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.path_metric import path_quality
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.planner import judged
 from humanoid_rail.planning.segments import arrival
 from humanoid_rail.planning.verification import check_robot
 from humanoid_rail.resampling import evaluate
-from humanoid_rail.result import MAX_SAMPLES, Motion, Retiming, Samples, Status, Verdict
+from humanoid_rail.result import MAX_SAMPLES, Motion, Retiming, Status, Verdict
+from humanoid_rail.samples import samples_along
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.timing.lower_bound import least_duration_of
 from humanoid_rail.timing.time_optimal import Limits
@@ -112,16 +112,13 @@ def _result(
     trajectory: Trajectory, robot: Robot, scene: Scene, motion: TimedMotion, longest: float, limits: Limits
 ) -> Trajectory:
     """Return a retimed motion as a trajectory, with a verdict of its own."""
-    t, certificate = motion.t, motion.certificate
+    t, q, certificate = frozen(motion.t), frozen(motion.q), motion.certificate
     arrivals = tuple(float(t[end]) for end in motion.ends[: len(trajectory.arrivals)])
     status, reason = _judged(trajectory, len(scene.steps), arrivals, float(t[-1]), longest, certificate)
-    horizon = np.inf if trajectory.method.far_clearances else trajectory.method.epsilon
-    course = NativeKinematics(robot, scene.obstacles).along(motion.q, horizon, t)
-    found = Motion(frozen(t), frozen(motion.q), robot.joint_names, motion.timing(robot, limits))
-    hands, clearance, mu = frozen(course.hands), frozen(course.clearance), frozen(course.manipulability)
+    found = Motion(t, q, robot.joint_names, motion.timing(robot, limits))
     return Trajectory(
         motion=found,
-        samples=Samples(hands, robot.hand_names, clearance, mu),
+        samples=samples_along(robot, scene.obstacles, t, q, trajectory.method),
         verdict=Verdict(
             status=status,
             reason=reason,
@@ -133,7 +130,7 @@ def _result(
         ),
         provenance=replace(
             trajectory.provenance,
-            path=path_quality(robot, *(motion.q[a : b + 1] for a, b in pairwise([0, *motion.ends]))),
+            path=path_quality(robot, *(q[a : b + 1] for a, b in pairwise([0, *motion.ends]))),
             certification_time=motion.certification_time,
         ),
         robot=robot,

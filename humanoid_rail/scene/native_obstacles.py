@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING, assert_never
 
 import numpy as np
@@ -16,15 +17,34 @@ if TYPE_CHECKING:
     from humanoid_rail import _engine
 
 
+class _Identical:
+    """Obstacles that are the same if they are the same object: they are frozen, and many numbers to compare."""
+
+    def __init__(self, obstacles: tuple[Obstacle, ...]) -> None:
+        self.obstacles = obstacles
+
+    def __hash__(self) -> int:
+        return id(self.obstacles)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Identical) and self.obstacles is other.obstacles
+
+
 def native_obstacles(obstacles: tuple[Obstacle, ...]) -> _engine.Obstacles:
-    """Return obstacles as the native engine has them.
+    """Return obstacles as the native engine has them; the same object for those that were asked for lately.
 
     Raises:
         InvalidInput: If one of them is no obstacle.
         EngineMissing: If there is no native engine.
     """
+    # Another tuple of what is no tuple: that may change.
+    return _made(_Identical(tuple(obstacles)))
+
+
+@lru_cache(maxsize=8)
+def _made(given: _Identical) -> _engine.Obstacles:
     result: _engine.Obstacles = engine().Obstacles()
-    for obstacle in obstacles:
+    for obstacle in given.obstacles:
         if not isinstance(obstacle, Sphere | Box | Capsule | HalfSpace | Mesh):
             raise InvalidInput("obstacles", obstacle, "a Sphere, Box, Capsule, HalfSpace or Mesh")
         velocity = np.array(obstacle.velocity)

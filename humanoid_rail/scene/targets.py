@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Self
 
 import numpy as np
@@ -15,6 +15,8 @@ from humanoid_rail.scene.obstacles import not_zero
 
 ANY_AXIS = (1.0, 0.0, 0.0)
 """This axis of its frame shows how a hand is turned that points nowhere."""
+SAME = 1e-6
+"""Targets that differ by no more than this along each axis are at the same place, m."""
 
 
 class Pose(Frozen):
@@ -84,3 +86,21 @@ def direction(target: Target, pointing: tuple[float, float, float] | None) -> Ar
 def is_oriented(target: Target) -> bool:
     """Return whether a target asks for more than a point."""
     return isinstance(target, Pose) and (target.approach is not None or target.rpy is not None)
+
+
+def numbers_there(steps: Sequence[Mapping[str, Target | None]], step: int, hand: str) -> str:
+    """Return the numbers from 1 of all steps in which a hand has its target where it has it in one, such as `2, 3`.
+
+    Args:
+        steps: The targets of each step, by hand.
+        step: The one, from 0, in which the hand has a target.
+        hand: Name of the hand.
+    """
+    there = steps[step][hand]
+    assert there is not None
+    same = [
+        number
+        for number, targets in enumerate(steps, start=1)
+        if (other := targets[hand]) is not None and np.allclose(position(other), position(there), rtol=0.0, atol=SAME)
+    ]
+    return ", ".join(map(str, same))

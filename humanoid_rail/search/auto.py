@@ -1,13 +1,16 @@
 """Global planning where the local method gets stuck: the method `auto`.
 
-1. The safe velocity of `resolution/qp.py` is followed first. Where it arrives, it gives a path.
-2. Goals, configurations in which the tasks are done, are looked for by inverse kinematics from many starts. Of the
-   nearest, those are kept that the secondary objectives of eq. 4.9 prefer.
-3. Where the safe velocity did not arrive, RRT-Connect looks for paths to all of the goals at once (`rrt_connect.py`),
-   again and again with more checks and in a larger box: one long search fails more often than many short ones.
+1. The nearest of a few goals, configurations in which the tasks are done, is looked for by inverse kinematics. Where
+   the straight edge to it is valid, that is the path.
+2. More goals are looked for from many starts. Of the nearest, those are kept that the secondary objectives of eq. 4.9
+   prefer. RRT-Connect looks for paths to all of them at once (`sampler.py`), again and again with more checks and in a
+   larger box: one long search fails more often than many short ones.
+3. Where that fails, or the start is too near to something, the safe velocity of `resolution/qp.py` is followed. Where
+   it arrives, it gives a path; then the search goes on.
 4. The path is shortened, and others are tried while that may pay. The shortest one is smoothed (`smoothing.py`).
 
-Every edge that is sampled, shortened or rounded is proven to keep the safety distance (`collision/edge_checker.py`).
+Every edge of a path, sampled, shortened or rounded, is proven to keep the safety distance
+(`collision/edge_checker.py`).
 The steps of the safe velocity are proven free of contact, and keep the distance where they end.
 
 Budgets are numbers of edge checks, never seconds: a seed gives the same plan. `max_planning_time` cuts planning off.
@@ -23,9 +26,7 @@ import numpy as np
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.collision.edge_checker import EdgeChecker
-from humanoid_rail.errors import told_apart
 from humanoid_rail.kinematics.inverse_kinematics import InverseKinematics
-from humanoid_rail.kinematics.joint_limits import sampled
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.task_stack import count_rows
 from humanoid_rail.model.pair_distances import own_distances
@@ -36,11 +37,13 @@ from humanoid_rail.resolution.rollout import rollout
 from humanoid_rail.resolution.velocity import Gains, penalty
 from humanoid_rail.result import Status
 from humanoid_rail.search.blocked_targets import blocked_target, targets_inside
-from humanoid_rail.search.exact_end import EXACT, error_at, error_left
+from humanoid_rail.search.exact_end import EXACT, error_at
 from humanoid_rail.search.goal_sampler import seeds
+from humanoid_rail.search.path_result import PathResult
 from humanoid_rail.search.path_search import QP, PathSearch
 from humanoid_rail.search.reachability import TimedOut, followed, out_of_reach
-from humanoid_rail.search.smoothing import round_corners, time_path
+from humanoid_rail.search.sampler import Sampler
+from humanoid_rail.search.smoothing import round_corners
 
 STEP = 0.05
 """The safe velocity is held for this long, in time constants 1 / max(K): only its path matters."""
@@ -48,6 +51,8 @@ SPARE = 8e-4
 """The corners of a path keep this much more than the safety distance, so that there is room to round them, m."""
 RESERVE = 0.03
 """This share of `max_planning_time` is left for what follows a search."""
+QUICK_CHECKS = 2000
+"""So many edges are checked before the safe velocity is followed."""
 LOOSE_SHARE = 0.05
 """Smoothing may take at most this share of the distance that a path keeps."""
 RETREAT_SHARE = 0.95
@@ -66,32 +71,6 @@ class Budget:
     """The random numbers of goals and paths."""
 
 
-@dataclass(frozen=True, eq=False)
-class PathResult:
-    """A path to the targets, or the reason why there is none."""
-
-    status: Status
-    reason: str
-    evaluations: int
-    """Number of evaluations of q_dot of the safe velocity."""
-    path: Array | None = None
-    """Configurations (K, n), m and rad; None if there is no path."""
-    checker: EdgeChecker | None = None
-    """Checks the edges of a motion along the path."""
-    found_by: str = ""
-    """`qp`, `straight line` or `rrt-connect`; empty if there is no path."""
-    raw: Array | None = None
-    """The first path of the sampling planner (K, n), as it was; None if that was not needed."""
-    goals: int = 0
-    """The number of goals to choose from."""
-    checks: int = 0
-    """The number of edges that were checked."""
-    searches: int = 0
-    """The number of times the sampling planner was started."""
-    explored: Array | None = None
-    """Configurations (K, n) to which the last sampling has paths from the start; None where a path was found."""
-
-
 def find_path(
     problem: Problem,
     gains: Gains,
@@ -108,10 +87,22 @@ def find_path(
         settings: When a motion ends, and when planning is cut off.
         budget: How much may be spent.
     """
-    kinematics = problem.native
     searching = (1.0 - RESERVE) * settings.max_planning_time
     deadline = time.perf_counter() + searching
-    motion, found = _follow_safely(problem, gains, safety, replace(settings, max_planning_time=searching))
+    distance = safety.safety_distance + SPARE
+    search = None
+    # Objectives of the user shape the safe velocity: it is followed first where there are some.
+    if not gains.objectives and _clearance(problem.native, problem.q) >= distance:
+        search = _search(problem, problem.q, distance, settings, budget, deadline)
+        search.go_to_nearest()
+        if search.best is None:
+            search.choose_goals(lambda q: _objective(problem.native, gains, q))
+            search.go_straight()
+            search.sample(QUICK_CHECKS)
+        if search.best is not None:
+            return _found(problem, search, 0, np.empty((0, problem.robot.n)), np.inf)
+    left = max(0.0, deadline - time.perf_counter())
+    motion, found = _follow_safely(problem, gains, safety, replace(settings, max_planning_time=left))
     if found is not None:
         return found
     arrived = _has_arrived(problem, motion)
@@ -119,71 +110,54 @@ def find_path(
         fault = _unreachable(problem, safety, settings, budget, deadline)
         if fault is not None:
             return PathResult(*fault, motion.evaluations)
-    first, distance, least = _first_clear(kinematics, motion.q, safety.safety_distance + SPARE)
-    solver = InverseKinematics(problem.robot, problem.obstacles)
-    search = PathSearch(
+    first, distance, least = _first_clear(problem.native, motion.q, distance)
+    if search is None:
+        search = _search(problem, motion.q[first], distance, settings, budget, deadline)
+    search.seeds = chain([motion.q[-1]], search.seeds)
+    if arrived:
+        search.arrive(QP, motion.q[first:])
+    if not search.goals:
+        search.choose_goals(lambda q: _objective(problem.native, gains, q), last=True)
+        search.go_straight()
+    search.sample()
+    if search.best is not None:
+        return _found(problem, search, motion.evaluations, motion.q[:first], least)
+    result = _result(search, motion.evaluations)
+    inside = [] if search.known else list(targets_inside(problem.tasks, problem.obstacles))
+    return replace(result, reason="; ".join([result.reason, *inside]))
+
+
+def _search(
+    problem: Problem, start: Array, distance: float, settings: Settings, budget: Budget, deadline: float
+) -> PathSearch:
+    """Return a search from a configuration (n,) that keeps a distance in m."""
+    return PathSearch(
         robot=problem.robot,
         checker=EdgeChecker(problem.robot, problem.obstacles, distance),
-        solve=lambda q: solver.solve(q, problem.tasks, distance),
+        sampler=Sampler(problem.robot, problem.obstacles, distance, deadline),
+        solver=InverseKinematics(problem.robot, problem.obstacles),
+        tasks=problem.tasks,
         distance=distance,
-        start=motion.q[first],
-        seeds=chain([motion.q[-1]], seeds(problem.robot, motion.q[first], budget.random)),
+        start=start,
+        seeds=seeds(problem.robot, start, budget.random),
         random=budget.random,
         max_edge_checks=budget.max_edge_checks,
         deadline=deadline,
         time_option=settings.planning_time_option,
     )
-    if arrived:
-        search.arrive(QP, motion.q[first:])
-    search.choose_goals(lambda q: _objective(kinematics, gains, q))
-    search.go_straight()
-    search.sample()
-    result = _result(search, motion.evaluations)
-    if search.best is None:
-        inside = [] if search.known else list(targets_inside(problem.tasks, problem.obstacles))
-        return replace(result, reason="; ".join([result.reason, *inside]))
-    path, checker = _smoothed(problem, search, motion.q[:first], least)
+
+
+def _found(problem: Problem, search: PathSearch, evaluations: int, beginning: Array, least: float) -> PathResult:
+    """Return the path of a search, smoothed; `_smoothed` says what else is given."""
+    path, checker = _smoothed(problem, search, beginning, least)
     return replace(
-        result,
+        _result(search, evaluations),
         status=Status.REACHED,
         reason="",
         path=path,
         checker=checker,
         found_by=search.found_by,
     )
-
-
-def follow(problem: Problem, found: PathResult, settings: Settings) -> Integration:
-    """Return the motion along a path, sampled: as fast as the speed limits allow, slower where it turns."""
-    assert found.path is not None
-    status, reason = found.status, found.reason
-    t, q = time_path(
-        problem.robot, found.path, settings.dt, found.checker.is_edge_valid if found.checker is not None else None
-    )
-    if t[-1] > settings.max_time:
-        status = Status.TIME_LIMIT
-        taken = told_apart(float(t[-1]), settings.max_time, 4)
-        reason = f"the path that was found takes {taken} s, longer than what {settings.time_option} leaves"
-        t, q = t[t <= settings.max_time], q[t <= settings.max_time]
-    elif (left := error_at(problem, q[-1], float(t[-1]))) > settings.tolerance:
-        status = Status.STUCK
-        reason = f"|e| is {left:.3g} m at t = {t[-1]:.4g} s: goals are looked for at t = 0, and tasks depend on time"
-    else:
-        reason = f"{reason or error_left(left, settings.tolerance)} at t = {t[-1]:.4g} s"
-    return Integration(t, q, status, reason, found.evaluations, sampled(t, q))
-
-
-def as_far_as_qp(found: PathResult, motion: Integration) -> Integration:
-    """Return the motion of the safe velocity where no path was found, with the reason for that.
-
-    Args:
-        found: What became of the search.
-        motion: What the safe velocity does in steps of dt; where it arrives, that is the plan.
-    """
-    if motion.status is Status.REACHED:
-        return motion
-    reached = motion.reason.split(":")[0]
-    return replace(motion, status=found.status, reason=f"{found.reason}; as far as qp gets, {reached}")
 
 
 def _has_arrived(problem: Problem, motion: Integration) -> bool:
@@ -274,18 +248,22 @@ def _first_clear(kinematics: NativeKinematics, motion: Array, distance: float) -
     is farthest is returned, and a little less than how far that is.
     """
     clearances: list[float] = []
-    own = own_distances(kinematics.robot)
     for q in motion:
-        there = kinematics.measure(q, 0.0)
-        # Links that are as far apart as they themselves have to be do not hold up the others.
-        lacking = there.self_clearance[there.self_clearance < own]
-        clearance = float(min(there.clearance.min(initial=np.inf), lacking.min(initial=np.inf)))
+        clearance = _clearance(kinematics, q)
         if clearance >= distance:
             return len(clearances), distance, min(clearances, default=np.inf)
         clearances.append(clearance)
     place = int(np.argmax(clearances))
     kept = max(RETREAT_SHARE * clearances[place], min(clearances[place], distance - SPARE))
     return place, kept, min(clearances[:place], default=np.inf)
+
+
+def _clearance(kinematics: NativeKinematics, q: Array) -> float:
+    """Return the least clearance at a configuration (n,), m."""
+    there = kinematics.measure(q, 0.0)
+    # Links that are as far apart as they themselves have to be do not hold up the others.
+    lacking = there.self_clearance[there.self_clearance < own_distances(kinematics.robot)]
+    return float(min(there.clearance.min(initial=np.inf), lacking.min(initial=np.inf)))
 
 
 def _objective(kinematics: NativeKinematics, gains: Gains, q: Array) -> float:

@@ -104,6 +104,6 @@ def _kept_apart(robot: Robot, one: int, other: int, distance: float) -> float:
 
 def _near(clearance: float, what: str, distance: float) -> str:
     if clearance < 0:
-        return f"be {-clearance:.3g} m inside {what}"
+        return f"be {-clearance:.3g} m inside {what}, and has to keep safety_distance = {distance:g} m from it"
     near = told_apart(clearance, distance, 3)
     return f"be {near} m from {what}, nearer than the safety distance, safety_distance = {distance:g} m"

@@ -51,6 +51,6 @@ def led_on(problem: Problem, motion: Integration, distance: float, settings: Set
         t = np.concatenate([motion.t, motion.t[-1] + t[1:]])
         if t[-1] <= settings.max_time:
             q = np.vstack([motion.q, q[1:]])
-            reason = f"{error_left(error_at(problem, q[-1]), settings.tolerance)} at t = {t[-1]:.4g} s"
+            reason = f"{error_left(error_at(problem, q[-1]), settings.tolerance)} at {settings.at(t[-1])}"
             return Integration(t, q, motion.status, reason, motion.evaluations, sampled(t, q))
-    return replace(motion, reason=f"{error_left(left, settings.tolerance)}, at t = {motion.t[-1]:.4g} s")
+    return replace(motion, reason=f"{error_left(left, settings.tolerance)}, at {settings.at(motion.t[-1])}")

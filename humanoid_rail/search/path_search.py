@@ -6,31 +6,33 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import islice
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.collision.edge_checker import EdgeChecker
+from humanoid_rail.kinematics.inverse_kinematics import InverseKinematics
 from humanoid_rail.kinematics.path_metric import path_length, speed_units
+from humanoid_rail.kinematics.task import Task
 from humanoid_rail.model.robot import Robot
-from humanoid_rail.search.goal_sampler import Solve, pull
+from humanoid_rail.search.sampler import Sampler
 
-if TYPE_CHECKING:
-    from humanoid_rail.search.rrt_connect import Sampler
-
-SEEDS = 16
+SEEDS = 10
 """Goals are looked for from this many starts of the inverse kinematics."""
+FEW_SEEDS = 4
+"""A straight edge is looked for to the nearest of the goals from this many starts before others are looked for."""
+TOGETHER = 8
+"""Goals are looked for from this many starts before the clock is looked at."""
 MORE_SEEDS = 48
 """Goals are looked for from up to this many starts if few of them lead to goals."""
 MAX_SEEDS = 4096
 """Goals are looked for from up to this many starts if none leads to one."""
 NEAREST = 8
 """The goals to choose from are this many, those nearest to the start."""
-GOALS = 4
+GOALS = 3
 """The search goes to this many goals at once."""
 FIRST_CHECKS = 600
 """The first search of RRT-Connect may check this many edges."""
@@ -48,9 +50,9 @@ GOOD = 1.05
 """A path is short enough if it is no longer than this, in units of the distance to the nearest goal."""
 EFFORT_AFTER_QP = 250
 """This many edge checks are spent on a shorter path than that of the safe velocity."""
-EFFORT = 10.0
+EFFORT = 6.0
 """A shorter path than the first sampled one is looked for with this many times the checks that one took."""
-LEAST_EFFORT = 1500
+LEAST_EFFORT = 500
 """At least this many edge checks are spent on a shorter path than the first sampled one."""
 MOST_EFFORT = 8000
 """At most this many edge checks are spent on a shorter path than the first sampled one."""
@@ -66,8 +68,9 @@ class PathSearch:
 
     robot: Robot
     checker: EdgeChecker
-    solve: Solve
-    """Inverse kinematics."""
+    sampler: Sampler
+    solver: InverseKinematics
+    tasks: Sequence[Task]
     distance: float
     """The distance that a goal keeps from everything, m."""
     start: Array
@@ -104,7 +107,7 @@ class PathSearch:
         return path_length(self.robot, path)
 
     def _from_start(self, q: Array) -> float:
-        return self._length(np.array([self.start, q]))
+        return float(np.linalg.norm((q - self.start) / speed_units(self.robot)))
 
     def consider(self, found_by: str, path: Array) -> None:
         """Keep a path if it is the shortest so far."""
@@ -116,7 +119,7 @@ class PathSearch:
 
         Where it is not, other paths to goals are looked for first, but not for long.
         """
-        posture = self.solve(path[-1])
+        posture = self.solver.solve(path[-1], self.tasks, self.distance)
         if posture.reached and self.checker.is_edge_valid(path[-1], posture.q):
             self.consider(found_by, np.vstack([path, posture.q]))
         else:
@@ -125,27 +128,40 @@ class PathSearch:
     def find_goals(self, count: int, most: int) -> list[Array]:
         """Return goals that are found from `count` starts, or from up to `most` as long as there are few."""
         found: list[Array] = []
-        for i, seed in enumerate(islice(self.seeds, most)):
-            if self.is_timed_out() or (i >= count and len(found) >= GOALS):
-                break
-            self.tried += 1
-            posture = self.solve(seed)
-            if posture.reached:
-                found.append(posture.q)
+        tried = 0
+        while tried < most and not self.is_timed_out() and (tried < count or len(found) < GOALS):
+            starts = list(islice(self.seeds, min(TOGETHER, (count if tried < count else most) - tried)))
+            found += self.solver.reached(starts, self.tasks, self.distance)
+            tried += len(starts)
+        self.tried += tried
         return found
 
-    def choose_goals(self, objective: Callable[[Array], float]) -> None:
-        """Of the goals nearest to the start, keep the first, and those of the others whose objective is largest."""
-        found = self.find_goals(SEEDS, MORE_SEEDS)
-        if not found and self.best is None and self.inexact is None:
+    def _pulled(self, goal: Array) -> Array:
+        return goal if self.is_timed_out() else self.solver.pulled(goal, self.start, self.tasks, self.distance)
+
+    def choose_goals(self, objective: Callable[[Array], float], last: bool = False) -> None:
+        """Of the goals nearest to the start, keep the first, and those of the others whose objective is largest.
+
+        Args:
+            objective: Of a goal (n,).
+            last: Whether to go on for long where there seems to be none.
+        """
+        found = [*self.goals, *self.find_goals(SEEDS, MORE_SEEDS)]
+        if last and not found and self.best is None and self.inexact is None:
             found = self.find_goals(0, MAX_SEEDS)
         nearest = sorted(found, key=self._from_start)[:NEAREST]
         kept = [*nearest[:1], *sorted(nearest[1:], key=objective, reverse=True)[: GOALS - 1]]
-        pulled = (pull(self.robot, q, self.start, self.solve, self.deadline) for q in kept)
-        self.goals = sorted(pulled, key=self._from_start)
+        self.goals = sorted(map(self._pulled, kept), key=self._from_start)
         if not self.goals and self.best is not None:
             self.goals = [self.best[-1]]
         self.known = len(self.goals)
+
+    def go_to_nearest(self) -> None:
+        """Look for a straight edge to the nearest goal of those that are found from the start and a few others."""
+        found = self.find_goals(FEW_SEEDS, FEW_SEEDS)
+        self.goals = [self._pulled(min(found, key=self._from_start))] if found else []
+        self.known = len(self.goals)
+        self.go_straight()
 
     def go_straight(self) -> None:
         """Look for a straight edge to a goal."""
@@ -155,16 +171,20 @@ class PathSearch:
                 self.consider(self.found_by or STRAIGHT, np.array([self.start, goal]))
                 return
 
-    def sample(self) -> None:
-        """Look for paths by sampling until there is one, and for shorter ones while that may pay."""
-        spent = 0
+    def sample(self, budget: int | None = None) -> None:
+        """Look for paths by sampling until there is one, and for shorter ones while that may pay.
+
+        Args:
+            budget: The most edges to check, with those before; the whole budget if not given.
+        """
+        most = self.max_edge_checks if budget is None else min(budget, self.max_edge_checks)
         if self.best is None and self.inexact is not None:
-            self._sample(min(LEAST_EFFORT, self.max_edge_checks), 0)
+            self._sample(min(self.checks + LEAST_EFFORT, most), 0)
             if self.best is not None:
                 return
             self.consider(*self.inexact)
-            self.goals, spent = [self.inexact[1][-1]], self.checks
-        self._sample(self.max_edge_checks, spent + EFFORT_AFTER_QP)
+            self.goals = [self.inexact[1][-1]]
+        self._sample(most, self.checks + EFFORT_AFTER_QP)
 
     def _sample(self, budget: float, effort: float) -> None:
         """Look for paths until there is one or so many edges are checked, and then for shorter ones.
@@ -177,32 +197,39 @@ class PathSearch:
         goals, others = self.goals, list[Array]()
         shortened = self.best is None or len(self.best) == 2
         while self.goals and not self.is_timed_out() and self.checks < budget:
-            left = budget - self.checks
+            before, left = self.sampler.checks, budget - self.checks
             if self.best is not None:
                 left = min(left, effort - self.checks)
                 if self._length(self.best) <= GOOD * self._from_start(self.goals[0]) or left < FEW:
                     break
-            sampler = self._sampler(goals, margin)
             if self.best is not None and not shortened:
-                self.consider(self.found_by, sampler.shorten(self.best, self._seed()))
+                self._shorten(self.found_by, self.best, left)
                 shortened = True
             else:
                 longest = LONGEST_EDGES[self.searches % len(LONGEST_EDGES)]
                 self.searches += 1
-                path = sampler.connect(self.start, goals, self._seed(), longest, int(min(most, left)))
-                if path is not None:
-                    if self.best is None:
-                        effort = min(max(EFFORT * (self.checks + sampler.checks), LEAST_EFFORT), MOST_EFFORT)
-                        goals = [*self.goals, path[-1]]
-                    self.raw = path if self.raw is None else self.raw
-                    self.consider(RRT_CONNECT, sampler.shorten(path, self._seed()))
-                elif self.best is None:
-                    self.explored = sampler.explored
+                box, first = self._box(goals, margin), self.best is None
+                raw = self.sampler.connect(self.start, goals, box, self._seed(), longest, int(min(most, left)))
+                if raw is not None and self._shorten(RRT_CONNECT, raw, left):
+                    self.raw = raw if self.raw is None else self.raw
+                    if first:
+                        spent = self.checks + self.sampler.checks - before
+                        effort = min(max(EFFORT * spent, LEAST_EFFORT), MOST_EFFORT)
+                        goals = [*self.goals, raw[-1]]
+                elif first:
+                    self.explored = self.sampler.explored
                     goals = self._other_goals(others)
                     margin, most = margin * MARGIN_GROWTH, min(most * GROWTH, MAX_CHECKS)
             # A search that ends at once has to count too.
-            self.checks += max(1, sampler.checks)
+            self.checks += max(1, self.sampler.checks - before)
         self.known = len(self.goals) + len(others)
+
+    def _shorten(self, found_by: str, path: Array, left: float) -> bool:
+        """Consider a path, shortened and proven; False if that fails."""
+        shorter = self.sampler.shorten(path, self._seed(), int(left))
+        if shorter is not None:
+            self.consider(found_by, shorter)
+        return shorter is not None
 
     def _other_goals(self, others: list[Array]) -> list[Array]:
         """Return what to search for next: nothing may lead to these goals, so others are tried, then all, and so on."""
@@ -230,15 +257,12 @@ class PathSearch:
     def _effort(self) -> str:
         return f"{self.searches} searches, {self.checks} edges checked, max_edge_checks = {self.max_edge_checks}"
 
-    def _sampler(self, goals: list[Array], margin: float) -> Sampler:
-        # Imported here: OMPL takes longer than the whole package, and many scenes need none of it.
-        from humanoid_rail.search.rrt_connect import Sampler
-
+    def _box(self, goals: list[Array], margin: float) -> tuple[Array, Array]:
+        """Return two corners (n,) of a box that reaches beyond everything known by a margin in s."""
         ends = np.array([self.start, *goals, *([] if self.best is None else self.best)])
         beyond = np.where(self.robot.velocity_limit > 0, margin * speed_units(self.robot), 0.0)
-        lower = np.maximum(self.robot.lower, ends.min(axis=0) - beyond)
-        upper = np.minimum(self.robot.upper, ends.max(axis=0) + beyond)
-        return Sampler(self.robot, self.checker, lower, upper, self.deadline)
+        lower, upper = ends.min(axis=0) - beyond, ends.max(axis=0) + beyond
+        return np.maximum(self.robot.lower, lower), np.minimum(self.robot.upper, upper)
 
     def _seed(self) -> int:
         return int(self.random.integers(1, 2**31))

@@ -128,14 +128,14 @@ def _too_far(judge: _Reach, tasks: Sequence[Task], together: float, tolerance: f
         if error
     ]
     if far:
-        hint = "; given in millimetres?" if max(error for _, error in far) > MILLIMETRES else ""
-        return ", and ".join(said for said, _ in far) + hint
+        hint = ", given in millimetres?" if max(error for _, error in far) > MILLIMETRES else ""
+        alone = "" if len(tasks) == 1 else "by itself, " if len(far) == 1 else "each by itself, "
+        return alone + ", and ".join(said for said, _ in far) + hint
     hands = [task.hand for task in tasks if isinstance(task, PointTask)]
     if len(set(hands)) < max(2, len(tasks)):
         return f"each task can be done, but not all at once: |e| stays {together:.3g} m"
     both = "both" if len(hands) == 2 else "all"
-    names = " and the ".join(hands)
-    return f"each target is in reach of its hand, but not {both} at once: the {names} hands stay {together:.3g} m away"
+    return f"each target is in reach of its hand, but not {both} at once"
 
 
 def _named(task: Task) -> tuple[str, str]:

@@ -6,15 +6,18 @@ import html
 from collections.abc import Sequence
 
 from humanoid_rail.collision.certificate import Certificate
-from humanoid_rail.result import Status
+from humanoid_rail.diagnosis import besides
+from humanoid_rail.result import SO_FAR, Status
+from humanoid_rail.scene.scene import Scene
 from humanoid_rail.trajectory import Trajectory
 from humanoid_rail.trajectory_html import timing_text
 from humanoid_rail.viewer.closest_pairs import Closest
 from humanoid_rail.viewer.colours import CLEARANCE_SCALE, PENETRATION_COLOUR
 
-OTHER_SCENE = "planned among other obstacles than those in the picture, which are of the first motion"
-NAMED = 3
-"""Of links of which nothing is proven so many are named."""
+OTHER_SCENE = "planned {} than those in the picture, which are of the first motion"
+"""What is said of a motion whose scene is not drawn, and differs from the one that is."""
+NAMED = 4
+"""Of links of which nothing is proven so many are named; a click on the caption or the pointer shows all."""
 
 
 def caption(name: str, trajectory: Trajectory, closest: Sequence[Closest], *, mark: str = "", note: str = "") -> str:
@@ -28,11 +31,11 @@ def caption(name: str, trajectory: Trajectory, closest: Sequence[Closest], *, ma
         note: A line of its own.
     """
     reached = trajectory.status is Status.REACHED
-    status = trajectory.status.replace("_", " ")
+    status, lasts = trajectory.status.replace("_", " "), f"{trajectory.duration:.2f} s"
     certificate, provenance = trajectory.certificate, trajectory.provenance
     chips = [
-        (reached, f"{status} {'in' if reached else 'after'} {trajectory.duration:.2f} s"),
-        (trajectory.certified, _proof(certificate)),
+        (reached, f"reached in {lasts}" if reached else f"not reached: {status}; the motion ends at {lasts}"),
+        (trajectory.certified, _proof(certificate) + (SO_FAR if trajectory.certified and not reached else "")),
         (trajectory.limits_ok, "within limits" if trajectory.limits_ok else "beyond joint limits"),
     ]
     method = trajectory.method.name
@@ -45,15 +48,22 @@ def caption(name: str, trajectory: Trajectory, closest: Sequence[Closest], *, ma
     if least := trajectory.least_duration:
         method += f", {trajectory.duration / least:.2f} times the least duration of each joint alone"
     pairs = "; ".join(f"{pair.link} \u2013 {pair.other}, {pair.distance:.3f} m at {pair.t:.2f} s" for pair in closest)
-    details = [f"closest: {pairs}" if pairs else "", "" if certificate is None else _left_out(certificate)]
-    lines = [note, " \u00b7 ".join(filter(None, details))]
-    why = "" if reached else f'<p class="why">{html.escape(trajectory.reason)}</p>'
+    lines = [note, f"closest: {pairs}" if pairs else ""]
+    why = "" if reached else _why(trajectory)
     said = "".join(f'<span class="chip {"good" if good else "bad"}">{html.escape(text)}</span>' for good, text in chips)
     below = why + "".join(f"<p>{html.escape(line)}</p>" for line in lines if line)
+    below += "" if certificate is None else _left_out(certificate)
     return (
         f'<section><div class="verdict">{mark}<h1>{html.escape(name)}</h1>{said}'
         f'<span class="method">{html.escape(method)}</span></div>{below}</section>'
     )
+
+
+def other_scene(drawn: Scene, own: Scene) -> str:
+    """Return how the scene of a motion differs from the one that is drawn; empty if it does not."""
+    differs = {"among other obstacles": own.obstacles != drawn.obstacles, "for other targets": own.steps != drawn.steps}
+    said = " and ".join(what for what, is_so in differs.items() if is_so)
+    return OTHER_SCENE.format(said) if said else ""
 
 
 def legend(trajectory: Trajectory) -> str:
@@ -84,8 +94,19 @@ def _proof(certificate: Certificate | None) -> str:
     return "not certified" + (f": {found}" if found else "")
 
 
+def _why(trajectory: Trajectory) -> str:
+    """Return why a motion did not reach its targets: what a panel says beside is seen when the caption is opened."""
+    first = besides(trajectory.reason, trajectory.diagnosis)[0]
+    rest = trajectory.reason.removeprefix(first)
+    return f'<p class="why">{html.escape(first)}<span class="all">{html.escape(rest)}</span></p>'
+
+
 def _left_out(certificate: Certificate) -> str:
-    """Return of what nothing is proven; empty if that is nothing."""
-    links = certificate.links_without_body
-    named = ", ".join(links[:NAMED]) + (f" and {len(links) - NAMED} more" if len(links) > NAMED else "")
-    return f"not looked at, as they have no collision body: {named}" if links else ""
+    """Return of what nothing is proven, as HTML; empty if that is nothing."""
+    links = [html.escape(link) for link in certificate.links_without_body]
+    if not links:
+        return ""
+    first, rest = ", ".join(links[:NAMED]), links[NAMED:]
+    if rest:
+        first += f'<span class="more"> and {len(rest)} more</span><span class="all">, {", ".join(rest)}</span>'
+    return f'<p class="bare" title="{", ".join(links)}">not checked, as they have no collision body: {first}</p>'

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from urllib.parse import quote
 
 import coal
 import meshcat
@@ -26,11 +27,16 @@ TRACE_SPACING = 0.01
 """The points of a trace are this far apart, m."""
 
 
+def node_name(name: str) -> str:
+    """Return what the node of a joint, a body or a hand is called, where slashes lead from node to node."""
+    return quote(name, safe="")
+
+
 def draw_bodies(view: meshcat.Visualizer, robot: Robot, bodies: pin.GeometryModel) -> None:
     """Draw the bodies of a robot, each joint's under a node of its own, which the animation moves."""
     for body in bodies.geometryObjects:
-        joint = robot.model.names[body.parentJoint]
-        draw_body(view[f"{joint}/{body.name}"], body.geometry, body.placement, body.meshColor)
+        joint = node_name(robot.model.names[body.parentJoint])
+        draw_body(view[joint][node_name(body.name)], body.geometry, body.placement, body.meshColor)
 
 
 def draw_body(view: meshcat.Visualizer, shape: coal.CollisionGeometry, placement: pin.SE3, rgba: Array) -> None:

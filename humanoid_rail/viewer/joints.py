@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.viewer.drawing import node_name
 
 
 def joints_data(robot: Robot) -> list[dict[str, Any]]:
@@ -22,7 +23,7 @@ def _joint(robot: Robot, number: int) -> dict[str, Any]:
     along, about = np.asarray(data.S, float).reshape(6)[:3], np.asarray(data.S, float).reshape(6)[3:]
     row = robot.coupling[joint.idx_v]
     return {
-        "name": model.names[number],
+        "node": node_name(model.names[number]),
         "parent": int(model.parents[number]),
         "placement": model.jointPlacements[number].homogeneous.T.ravel().tolist(),
         "kind": "revolute" if about.any() else "prismatic",

@@ -13,7 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 from humanoid_rail._arrays import Array
-from humanoid_rail.diagnosis import TRIED, Diagnosis, length
+from humanoid_rail.diagnosis import TRIED, Diagnosis, besides, length
 from humanoid_rail.model.robot import Robot, called
 from humanoid_rail.scene.obstacles import HalfSpace, moved
 from humanoid_rail.scene.scene import Scene
@@ -21,7 +21,7 @@ from humanoid_rail.scene.shapes import PlacedShape, placed_shapes
 from humanoid_rail.trajectory import Trajectory
 from humanoid_rail.viewer.colours import BLOCKING_COLOUR, rgb
 from humanoid_rail.viewer.connection import OnTop
-from humanoid_rail.viewer.drawing import draw_bodies, is_floor
+from humanoid_rail.viewer.drawing import draw_bodies, is_floor, node_name
 from humanoid_rail.viewer.forms import Group, instances
 from humanoid_rail.viewer.sizes import bounds, scale
 from humanoid_rail.viewer.visual_meshes import Visual, draw_visuals
@@ -65,7 +65,7 @@ def draw_miss(
     draw_bodies(links, robot, _blocking_bodies(robot, found))
     for number, joint in enumerate(robot.model.names):
         for node in (ghost, links):
-            node[joint].set_transform(data.oMi[number].homogeneous)
+            node[node_name(joint)].set_transform(data.oMi[number].homogeneous)
     blocking = [moved(scene.obstacles[i], trajectory.duration) for i in _obstacles(found) if i < len(scene.obstacles)]
     pieces = [piece for o in blocking if not (isinstance(o, HalfSpace) and is_floor(o)) for piece in placed_shapes(o)]
     large = [piece for piece in pieces if _length(piece) >= LARGE * size]
@@ -74,7 +74,7 @@ def draw_miss(
     view["obstacles"].set_object(Group({"blocking": drawn}))
     for miss in found.misses:
         if miss.distance > SHORTEST:
-            _draw_line(view[f"lines/{miss.hand}"], np.array(miss.position), np.array(miss.target), size)
+            _draw_line(view["lines"][node_name(miss.hand)], np.array(miss.position), np.array(miss.target), size)
 
 
 def miss_data(found: Diagnosis | None) -> dict[str, Any] | None:
@@ -96,11 +96,12 @@ def miss_data(found: Diagnosis | None) -> dict[str, Any] | None:
     }
 
 
-def miss_panel(name: str, found: Diagnosis) -> str:
-    """Return what a page says of a plan that failed, as HTML: how near it gets, what blocks, and what would help.
+def miss_panel(name: str, reason: str, found: Diagnosis) -> str:
+    """Return what a page says of a plan that failed, as HTML: how near it gets, what would help, and what blocks.
 
     Args:
         name: A heading.
+        reason: The reason of the plan; its first clause is in the caption.
         found: Why it failed.
     """
     hands = [f"{called(m.hand)} stays {length(m.distance)} m away" for m in found.misses if m.distance > SHORTEST]
@@ -108,8 +109,9 @@ def miss_panel(name: str, found: Diagnosis) -> str:
     helps = [f"{remedy.what} ({TRIED[remedy.proven]})" for remedy in found.remedies]
     parts = [
         ("Nearest miss", [*hands, FOUND[found.found_by]]),
-        ("What blocks, where it would have to go on", [*pairs, *found.limits]),
         ("What would help", helps or ["nothing that was tried"]),
+        ("What blocks, where it would have to go on", [*pairs, *found.limits]),
+        ("Besides", besides(reason, found)[1:]),
     ]
     lists = "".join(
         f"<h3>{title}</h3><ul>{''.join(f'<li>{html.escape(line)}</li>' for line in lines)}</ul>"

@@ -65,7 +65,8 @@ def view(
         height: How high a notebook shows it, pixels.
 
     Raises:
-        InvalidInput: If robot or scene are not given and the trajectory does not know them.
+        InvalidInput: If robot or scene are not given and the trajectory does not know them, or the motion was planned
+            among other obstacles than those of the scene that is given.
     """
     check_kind("trajectory", trajectory, Trajectory)
     return Page(playback_html(*trajectory.planned_for(robot, scene), trajectory), height)

@@ -40,8 +40,9 @@ def blockers(obstacles: Sequence[Obstacle]) -> Blockers:
     bodies = [(placed, velocity) for placed, velocity in bodies if not isinstance(placed.shape, coal.Halfspace)]
     bodies = bodies[:: -(-len(bodies) // MOST) or 1]
     rows = [(*_box(placed), isinstance(placed.shape, coal.Sphere), velocity) for placed, velocity in bodies]
-    columns = zip(*rows, strict=True) if rows else [np.zeros((0, *k)) for k in ((3,), (3, 3), (3,), (), (3,))]
-    return Blockers(*(np.array([*column], float) for column in columns))
+    shapes = ((3,), (3, 3), (3,), (), (3,))
+    columns = zip(*rows, strict=True) if rows else [()] * len(shapes)
+    return Blockers(*(np.array(column, float).reshape(-1, *k) for column, k in zip(columns, shapes, strict=True)))
 
 
 def hidden(bodies: Blockers, camera: Array, points: Array, t: Array) -> NDArray[np.bool_]:
@@ -56,15 +57,19 @@ def hidden(bodies: Blockers, camera: Array, points: Array, t: Array) -> NDArray[
     found = np.zeros(len(points), bool)
     if not len(bodies.centre):
         return found
-    ray = camera - points
-    length = np.linalg.norm(ray, axis=1)
-    along = ray / length[:, None]
-    radius, is_moving = np.linalg.norm(bodies.half, axis=1), bodies.velocity.any()
+    is_moving = bodies.velocity.any()
     for moment in np.unique(t) if is_moving else [0.0]:
         now = np.flatnonzero(t == moment) if is_moving else np.arange(len(points))
-        centre = bodies.centre + moment * bodies.velocity
-        point, body = _near(centre, radius, points[now], along[now], length[now])
-        found[now[point[_meets(bodies, centre, body, points[now][point], ray[now][point])]]] = True
+        there = bodies._replace(centre=bodies.centre + moment * bodies.velocity)
+        found[now[_crossings(there, camera, points[now])[0]]] = True
+    return found
+
+
+def hiding(bodies: Blockers, camera: Array, points: Array) -> NDArray[np.bool_]:
+    """Return which bodies hide any of the points (P, 3) from a camera (3,), m, at t = 0; (B,) of bool."""
+    found = np.zeros(len(bodies.centre), bool)
+    if len(found):
+        found[_crossings(bodies, camera, points)[1]] = True
     return found
 
 
@@ -84,6 +89,16 @@ def crosses_box(start: Array, ray: Array, low: Array, high: Array) -> NDArray[np
     return crossed
 
 
+def _crossings(bodies: Blockers, camera: Array, points: Array) -> tuple[Indices, Indices]:
+    """Return the points and the bodies, by number, of the pairs in which the body hides the point."""
+    ray = camera - points
+    length = np.linalg.norm(ray, axis=1)
+    radius = np.linalg.norm(bodies.half, axis=1)
+    point, body = _near(bodies.centre, radius, points, ray / length[:, None], length)
+    met = _meets(bodies, body, points[point], ray[point])
+    return point[met], body[met]
+
+
 def _near(centre: Array, radius: Array, points: Array, along: Array, length: Array) -> tuple[Indices, Indices]:
     """Return the rays and the bodies, by number, of the pairs whose ray comes near the ball around the body."""
     # |b - p|^2 and (b - p) u by products of matrices: there are millions of pairs.
@@ -95,9 +110,9 @@ def _near(centre: Array, radius: Array, points: Array, along: Array, length: Arr
     return ray, body
 
 
-def _meets(bodies: Blockers, centre: Array, body: Indices, start: Array, ray: Array) -> NDArray[np.bool_]:
+def _meets(bodies: Blockers, body: Indices, start: Array, ray: Array) -> NDArray[np.bool_]:
     """Return for pairs of a body (k,) and a segment from (k, 3) along (k, 3) whether they meet, (k,) of bool."""
-    offset = start - centre[body]
+    offset = start - bodies.centre[body]
     rotation, half = bodies.rotation[body], bodies.half[body]
     at, to = np.einsum("kij,ki->kj", rotation, offset), np.einsum("kij,ki->kj", rotation, ray)
     box = crosses_box(at, to, -half, half)

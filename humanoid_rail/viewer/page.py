@@ -38,7 +38,15 @@ body {{ margin: 0; }}
 <script type="application/json" id="page-data">{data}</script>
 <script>{viewer}</script>
 <script>
-var viewer = new MeshCat.Viewer(document.getElementById("meshcat-pane"));
+try {{
+    var viewer = new MeshCat.Viewer(document.getElementById("meshcat-pane"));
+}} catch (error) {{
+    const said = "No picture: this browser draws nothing in 3D, as it has no WebGL or it is switched off.";
+    const style = "margin: 0; padding: 24px; font: 14px sans-serif; visibility: visible";
+    const line = Object.assign(document.createElement("p"), {{ textContent: said, style }});
+    document.getElementById("meshcat-pane").replaceChildren(line);
+    throw error;
+}}
 fetch("data:application/gzip;base64,{commands}")
     .then(response => new Response(response.body.pipeThrough(new DecompressionStream("gzip"))).arrayBuffer())
     .then(buffer => {{

@@ -8,6 +8,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from humanoid_rail._signals import END_ASKED, interruptible
+from humanoid_rail.errors import InvalidInput
 
 # meshcat, SciPy and what draws with them are imported where they are used: the command line imports this module first.
 if TYPE_CHECKING:
@@ -42,6 +43,9 @@ def playback_html(robot: Robot, scene: Scene, trajectory: Trajectory) -> str:
         robot: The robot.
         scene: The scene the motion was planned in.
         trajectory: The motion.
+
+    Raises:
+        InvalidInput: If the motion was planned among other obstacles: what the page says of it would not be true.
     """
     return motions_html(robot, [(scene.name, scene, trajectory)])
 
@@ -53,11 +57,14 @@ def motions_html(robot: Robot, motions: Sequence[tuple[str, Scene, Trajectory]])
         robot: The robot.
         motions: What each motion is called, the scene it was planned in, and the motion. The scene of the first one is
             drawn; the page says so where the second one has another.
+
+    Raises:
+        InvalidInput: If a motion was planned among other obstacles than those of the scene beside it.
     """
     import meshcat
 
     from humanoid_rail.viewer.camera import best_view
-    from humanoid_rail.viewer.caption import OTHER_SCENE, caption, legend
+    from humanoid_rail.viewer.caption import caption, legend, other_scene
     from humanoid_rail.viewer.closest_pairs import closest_of_all
     from humanoid_rail.viewer.miss import draw_miss, miss_data, miss_panel
     from humanoid_rail.viewer.motion_data import motion_data, scene_data
@@ -67,6 +74,8 @@ def motions_html(robot: Robot, motions: Sequence[tuple[str, Scene, Trajectory]])
     from humanoid_rail.viewer.view import draw_motion, draw_scene, floor_height
     from humanoid_rail.viewer.visual_meshes import robot_visuals
 
+    for _, own, trajectory in motions:
+        _check_obstacles(own, trajectory)
     drawn, visuals = CommandList(), robot_visuals(robot)
     world = meshcat.Visualizer(window=drawn)["world"]
     _, scene, first = motions[0]
@@ -80,19 +89,27 @@ def motions_html(robot: Robot, motions: Sequence[tuple[str, Scene, Trajectory]])
         draw_miss(world[f"motion{number}/miss"], robot, own, visuals, trajectory)
         data["motions"].append({**motion_data(name, trajectory, found), "miss": miss_data(trajectory.diagnosis)})
         if trajectory.diagnosis is not None:
-            panels.append(miss_panel("Why it failed" if len(motions) == 1 else name, trajectory.diagnosis))
+            heading = "Why it failed" if len(motions) == 1 else name
+            panels.append(miss_panel(heading, trajectory.reason, trajectory.diagnosis))
         captions.append(
             caption(
                 name,
                 trajectory,
                 closest_of_all(robot, own, trajectory, found.pairs),
                 mark=f'<span class="mark mark{number}"></span>' if len(motions) > 1 else "",
-                note=OTHER_SCENE if own.obstacles != scene.obstacles else "",
+                note=other_scene(scene, own),
             )
         )
     title = f"{', '.join(name for name, _, _ in motions)}: humanoid_rail"
     body = playback_body("".join(captions), legend(first), "".join(panels), data)
     return page_html(title, body, drawn, data, style="playback.css", scripts=SCRIPTS)
+
+
+def _check_obstacles(scene: Scene, trajectory: Trajectory) -> None:
+    planned = trajectory.scene
+    if planned is not None and planned.obstacles != scene.obstacles:
+        valid = f"{planned.name!r} with the obstacles among which the motion was planned (trajectory.scene)"
+        raise InvalidInput("scene", scene.name, f"{valid}: its certificate and clearances are about these")
 
 
 def show(
@@ -113,6 +130,7 @@ def show(
         on_ready: Called with the URL of the page once it is served.
 
     Raises:
+        InvalidInput: If the motion was planned among other obstacles.
         HumanoidRailError: If no port can be served.
     """
     with interruptible(), suppress(KeyboardInterrupt):

@@ -57,10 +57,10 @@ def playback_body(captions: str, legend: str, panel: str, data: Mapping[str, Any
     why = f'<aside id="why" hidden>{panel}</aside>' if panel else ""
     return f"""<div id="page">
 <header id="caption">{captions}</header>
+<div id="view">
 <main id="stage">
 <div id="meshcat-pane"></div>
 <div id="labels"></div>
-{why}
 <button type="button" id="help-button" title="Keys and views (?)" aria-label="Keys and views">?</button>
 <aside id="help" hidden>
 <div><h2>View</h2><div class="views">{views}</div></div>
@@ -69,6 +69,8 @@ def playback_body(captions: str, legend: str, panel: str, data: Mapping[str, Any
 <h2>Colours</h2><p class="hands">{hands}</p>{legend}</div>
 </aside>
 </main>
+{why}
+</div>
 <section id="plots" aria-label="Plots over time"></section>
 <footer id="timeline">
 <button type="button" id="play" title="{PLAY} (Space)" aria-label="{PLAY}"></button>

@@ -16,7 +16,7 @@ from humanoid_rail._arrays import Array
 from humanoid_rail.model.pairs import NO_JOINT
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.viewer.camera import CAMERA, fitted
-from humanoid_rail.viewer.drawing import draw_bodies
+from humanoid_rail.viewer.drawing import draw_bodies, node_name
 from humanoid_rail.viewer.joints import joints_data
 from humanoid_rail.viewer.page import CommandList, page_html
 from humanoid_rail.viewer.sizes import robot_points
@@ -62,7 +62,7 @@ def robot_html(robot: Robot) -> str:
 def page_data(robot: Robot) -> dict[str, Any]:
     """Return what the page's script knows of a robot, as data that JSON can hold; m and rad."""
     return {
-        "names": list(robot.model.names),
+        "nodes": [node_name(name) for name in robot.model.names],
         "joints": joints_data(robot),
         "initial": robot.initial.tolist(),
         "postures": {START: robot.initial.tolist(), **{name: [*q] for name, q in robot.postures.items()}},
@@ -83,7 +83,7 @@ def _body(robot: Robot, body: pin.GeometryObject) -> dict[str, Any]:
     placed = points @ body.placement.rotation.T + body.placement.translation
     middle = (placed.min(axis=0) + placed.max(axis=0)) / 2
     return {
-        "name": body.name,
+        "node": node_name(body.name),
         "link": robot.model.frames[body.parentFrame].name,
         "joint": int(body.parentJoint),
         "points": placed.tolist(),

@@ -23,7 +23,7 @@ from humanoid_rail.viewer.camera import ZOOM
 from humanoid_rail.viewer.closest_pairs import ClosestPairs, trace_clearance
 from humanoid_rail.viewer.colours import clearance_colours, hand_colour, rgb
 from humanoid_rail.viewer.connection import draw_connection
-from humanoid_rail.viewer.drawing import draw_bodies, draw_obstacles, draw_target, draw_trace, is_floor
+from humanoid_rail.viewer.drawing import draw_bodies, draw_obstacles, draw_target, draw_trace, is_floor, node_name
 from humanoid_rail.viewer.sizes import bounds, robot_points, scale
 from humanoid_rail.viewer.visual_meshes import Visual, draw_visuals
 
@@ -47,7 +47,7 @@ def draw_scene(view: meshcat.Visualizer, robot: Robot, scene: Scene) -> None:
             if (target := step[hand.name]) is not None:
                 pointing = direction(target, hand.pointing)
                 at = np.array(position(target))
-                draw_target(view[f"targets/{number}/{hand.name}"], at, pointing, hand_colour(i), scale(robot))
+                draw_target(view[f"targets/{number}"][node_name(hand.name)], at, pointing, hand_colour(i), scale(robot))
 
 
 def draw_motion(
@@ -82,7 +82,7 @@ def draw_motion(
     for i, name in enumerate(trajectory.hand_names):
         plain = np.tile(SECOND[:3] if is_second else rgb(hand_colour(i)), (len(trajectory.t), 1))
         colours = plain if clearance is None or is_second else clearance_colours(clearance)
-        draw_trace(view[f"traces/{name}"], trajectory.hands[:, i], colours, size)
+        draw_trace(view["traces"][node_name(name)], trajectory.hands[:, i], colours, size)
     shown = [kind for kind, closest in pairs._asdict().items() if closest]
     for kind in shown:
         # Some links are never far from each other; obstacles matter more.

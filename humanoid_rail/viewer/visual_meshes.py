@@ -21,7 +21,7 @@ from humanoid_rail.model.robot import Robot
 from humanoid_rail.model.urdf import Urdf, read_urdf
 from humanoid_rail.model.urdf_link import MeshFile
 from humanoid_rail.viewer.colours import PLAIN
-from humanoid_rail.viewer.drawing import draw_body
+from humanoid_rail.viewer.drawing import draw_body, node_name
 from humanoid_rail.viewer.painted import Coloured, Painted, draw_painted, painted, read_coloured
 from humanoid_rail.viewer.simplified import cell_size
 
@@ -81,7 +81,7 @@ def robot_visuals(robot: Robot) -> list[Visual]:
 def draw_visuals(view: meshcat.Visualizer, visuals: Sequence[Visual]) -> None:
     """Draw visual bodies, each joint's under a node of its own, which the animation moves."""
     for visual in visuals:
-        node = view[visual.joint][visual.name]
+        node = view[node_name(visual.joint)][node_name(visual.name)]
         if not isinstance(visual.shape, Sequence):
             rgba = PLAIN if visual.rgba is None else visual.rgba
             draw_body(node, visual.shape, visual.placement, np.array(rgba))

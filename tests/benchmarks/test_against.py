@@ -8,7 +8,8 @@ import pytest
 from conftest import ROOT
 
 from benchmarks import against
-from benchmarks.against import Checkout, Comparison, compare, faults_of, main, tabulate
+from benchmarks.against import WORKER, Comparison, compare, faults_of, main, tabulate
+from benchmarks.worker import Checkout
 from humanoid_rail.errors import InvalidInput
 
 SCENE = ROOT / "scenes" / "dev" / "sparse-80000.json"
@@ -36,7 +37,7 @@ def test_times_and_results_are_compared_per_family_and_over_all() -> None:
 
 @pytest.mark.skipif(not (ROOT / ".venv" / "bin" / "python").exists(), reason="the checkout has no .venv")
 def test_a_checkout_is_as_good_as_itself() -> None:
-    checkouts = Checkout(ROOT), Checkout(ROOT)
+    checkouts = Checkout(ROOT, WORKER), Checkout(ROOT, WORKER)
     try:
         found = [Comparison("sparse", str(SCENE), "qp")]
         compare(found, *checkouts, 2)
@@ -50,7 +51,7 @@ def test_a_checkout_is_as_good_as_itself() -> None:
 
 def test_what_is_no_checkout_is_named(tmp_path: Path) -> None:
     with pytest.raises(InvalidInput, match=r"a checkout with a \.venv"):
-        Checkout(tmp_path)
+        Checkout(tmp_path, WORKER)
 
 
 @pytest.mark.parametrize("options", [["--method", "pink"], ["--repeats", "0"], ["--family", "none"]])

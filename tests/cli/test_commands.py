@@ -145,6 +145,13 @@ def test_verify_proves_what_is_free_and_finds_the_contact_in_what_is_not(
     assert f"no: {contact.link} touches {contact.other} at" in " ".join(ran.out.replace("│", " ").split())
 
 
+@pytest.mark.parametrize("name", ["motion.txt", "motion"])
+def test_verify_names_the_files_that_it_reads(name: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / name).write_text("t,rail\n0,0\n", encoding="utf-8")
+    ran = Ran(capfd, "verify", tmp_path / name, "--scene", ROOT / "scenes" / "paper.yaml")
+    assert_bad_input(ran, "a folder of a plan, or a file that ends in .csv, .npz, .json, .yaml, .yml")
+
+
 def test_verify_believes_no_summary(colliding: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     for path in colliding.iterdir():
         (tmp_path / path.name).write_bytes(path.read_bytes())

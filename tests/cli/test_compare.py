@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import signal
+from dataclasses import replace
 from pathlib import Path
 from urllib.request import urlopen
 
 import pytest
 from running import Ran, assert_bad_input, started
 
-from humanoid_rail import Robot, Scene, load_robot, plan_case
-from humanoid_rail.io.plan_folder import write_plan
+from humanoid_rail import InvalidInput, Robot, Scene, load_robot, plan_case
+from humanoid_rail.cli.compare import compare_html
+from humanoid_rail.io.plan_folder import Plan, write_plan
 
 
 @pytest.fixture(scope="module")
@@ -43,6 +45,25 @@ def test_compare_serves_the_page_until_it_is_interrupted(folders: dict[str, Path
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate()
     assert (process.returncode, errors) == (0, "")
+
+
+def test_robots_with_other_hands_are_not_compared(robot: Robot, scene: Scene) -> None:
+    trajectory = plan_case(robot, 3, dt=0.1)
+    elsewhere = replace(robot, hands=tuple(replace(hand, frame="chest") for hand in robot.hands))
+    with pytest.raises(InvalidInput, match="its hands"):
+        compare_html(Plan(robot, scene, trajectory), Plan(elsewhere, scene, trajectory), ("one", "two"))
+
+
+def test_a_plan_for_other_targets_says_so(robot: Robot, scene: Scene) -> None:
+    (step,) = scene.steps
+    other = scene.model_copy(update={"targets": (step, step)})
+    trajectory = plan_case(robot, 3, dt=0.1)
+    one = Plan(robot, scene, trajectory)
+    assert "than those in the picture" not in compare_html(one, one, ("one", "two"))
+    assert "planned for other targets than" in compare_html(one, Plan(robot, other, trajectory), ("one", "two"))
+    bare = other.model_copy(update={"obstacles": ()})
+    said = "planned among other obstacles and for other targets than"
+    assert said in compare_html(one, Plan(robot, bare, replace(trajectory, scene=bare)), ("one", "two"))
 
 
 def test_plans_of_different_robots_are_not_compared(

@@ -24,7 +24,7 @@ def test_urdf_prints_what_the_planner_has(tmp_path: Path, capfd: pytest.CaptureF
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["wings=2"], "wings is 2.0; valid: one of the xacro arguments beta, "),
+        (["wings=2"], "argument is 'wings'; valid: one of the xacro arguments beta, "),
         (["beta"], "argument is 'beta'; valid: NAME=VALUE"),
         (["beta=pi"], "argument is 'beta=pi'"),
         (["beta=1", "beta=2"], "beta is '2'; valid: given once"),

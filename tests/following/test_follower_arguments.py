@@ -85,3 +85,10 @@ def test_limits_that_are_missing_are_named(robot: Robot) -> None:
     with pytest.raises(InvalidInput, match=r"acceleration_limit \(rail\) is inf"):
         Follower(without, Scene(targets=AHEAD))
     assert Follower(without, Scene(targets=AHEAD), acceleration_limit=2.0).step().proven
+
+
+def test_what_looks_like_millimetres_is_warned_of(robot: Robot) -> None:
+    ball = Sphere(center=(-1600.0, 600.0, 3400.0), radius=100.0)
+    with pytest.warns(UserWarning, match=r"obstacles\[0\] \(sphere\).*look like millimetres") as warned:
+        Follower(robot, Scene(targets=AHEAD, obstacles=(ball,)))
+    assert warned[0].filename == __file__

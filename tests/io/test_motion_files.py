@@ -60,6 +60,83 @@ def test_columns_may_stand_in_any_order(rows: tuple[list[str], np.ndarray], robo
     assert found.timing is None
 
 
+def indented(text: str, by: str) -> str:
+    return "".join(f"{by}{line}\n" for line in text.splitlines())
+
+
+@pytest.mark.parametrize(
+    ("ending", "wrapped"),
+    [
+        ("yaml", lambda text: f"{text}---\n"),
+        ("yaml", lambda text: f"goal:\n  trajectory:\n{indented(text, '    ')}"),
+        ("yaml", lambda text: f"joint_trajectory:\n{indented(text, '  ')}multi_dof_joint_trajectory: {{points: []}}\n"),
+        ("yaml", lambda text: f"trajectory:\n- joint_trajectory:\n{indented(text, '    ')}"),
+        ("json", lambda text: f"\ufeff{text}"),
+    ],
+    ids=["echo", "goal", "RobotTrajectory", "DisplayTrajectory", "byte order mark"],
+)
+def test_messages_are_read_as_tools_write_them(
+    ending: str, wrapped: Callable[[str], str], motion: Trajectory, robot: Robot, free: Scene, tmp_path: Path
+) -> None:
+    path = tmp_path / f"m.{ending}"
+    export(motion, robot, free, f"ros-{ending}", path)
+    path.write_text(wrapped(path.read_text(encoding="utf-8")), encoding="utf-8")
+    np.testing.assert_array_equal(read_motion(path, robot).q, motion.q)
+
+
+def message(motion: Trajectory, time: object) -> str:
+    point = {"positions": motion.q[0].tolist(), "time_from_start": time}
+    return json.dumps({"joint_names": list(motion.joint_names), "points": [point]})
+
+
+def of_csv(motion: Trajectory, separator: str) -> bytes:
+    header, row = ["t", *motion.joint_names], [0.0, *motion.q[0].tolist()]
+    return f"{separator.join(header)}\n{separator.join(map(str, row))}\n".encode()
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "said"),
+    [
+        ("m.json", lambda m: message(m, {"seconds": 1}).encode(), "time_from_start"),
+        ("m.json", lambda m: message(m, "0.1").encode(), "time_from_start"),
+        (
+            "m.json",
+            lambda m: b'{"joint_trajectory": {}, "multi_dof_joint_trajectory": {"points": [{}]}}',
+            "multi_dof_joint_trajectory.points",
+        ),
+        ("m.csv", lambda m: of_csv(m, ";"), "commas"),
+        ("m.csv", lambda m: of_csv(m, "\t"), "commas"),
+        ("m.csv", lambda m: b"", "header"),
+        ("m.csv", lambda m: 1000 * of_csv(m, ",").decode().encode("utf-16"), "UnicodeDecodeError"),
+        ("m.csv", lambda m: b"\n" + of_csv(m, ",") + b"\n1,2\n", "line 5"),
+    ],
+)
+def test_what_cannot_be_read_is_said_in_short(
+    name: str, content: Callable[[Trajectory], bytes], said: str, motion: Trajectory, robot: Robot, tmp_path: Path
+) -> None:
+    (tmp_path / name).write_bytes(content(motion))
+    with pytest.raises(InvalidInput, match=said) as error:
+        read_motion(tmp_path / name, robot)
+    assert len(str(error.value)) < 500
+
+
+def test_empty_lines_and_names_as_bytes_are_read(motion: Trajectory, robot: Robot, tmp_path: Path) -> None:
+    (tmp_path / "m.csv").write_bytes(of_csv(motion, ",").replace(b"\n", b"\n\n"))
+    np.testing.assert_array_equal(read_motion(tmp_path / "m.csv", robot).q, motion.q[:1])
+    np.savez(tmp_path / "m.npz", t=motion.t, q=motion.q, joint_names=np.array(motion.joint_names, "S"))
+    np.testing.assert_array_equal(read_motion(tmp_path / "m.npz", robot).q, motion.q)
+
+
+@pytest.mark.parametrize("kind", ["timedelta64[ms]", "complex", "bool"])
+def test_arrays_that_are_no_real_numbers_are_refused(
+    kind: str, motion: Trajectory, robot: Robot, tmp_path: Path
+) -> None:
+    t = (1000.0 * motion.t).astype(kind)
+    np.savez(tmp_path / "m.npz", t=t, q=motion.q)
+    with pytest.raises(InvalidInput, match=r"motion.t is .*real numbers"):
+        read_motion(tmp_path / "m.npz", robot)
+
+
 def test_followers_have_to_follow(motion: Trajectory, robot: Robot, free: Scene, tmp_path: Path) -> None:
     path = tmp_path / "m.json"
     export(motion, robot, free, "ros-json", path, passive=True)

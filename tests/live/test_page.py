@@ -18,7 +18,7 @@ import pytest
 from conftest import AHEAD
 from screenshot import browser_path
 
-from humanoid_rail import InvalidInput, Robot, Scene, Sphere
+from humanoid_rail import InvalidInput, Kinematics, Robot, Scene, Sphere, load_robot
 from humanoid_rail.live.server import Live, serving
 from humanoid_rail.live.session import Mode
 
@@ -126,6 +126,27 @@ def test_an_obstacle_has_a_gizmo_while_it_is_chosen_by_clicks(served: Live, brow
 
 
 @needs_browser
+def test_each_browser_fades_what_hides_the_robot_from_its_own_camera(served: Live, browser: Any, robot: Robot) -> None:
+    server, obstacles = served.page.server, served.page.obstacles
+    for _ in range(2):
+        browser.new_page().goto(served.url)
+    wait_until(lambda: len(server.get_clients()) == 2)
+    one, other = server.get_clients().values()
+    wait_until(lambda: not obstacles.faded(one.client_id))
+    rail = Kinematics(robot).stick_figure(robot.initial)[0]
+    behind = rail + 2.5 * (np.array(SPHERE.center) - rail)
+
+    def is_faded() -> bool:  # once the browser has taken the first camera that it was told, it takes this one
+        one.camera.position, one.camera.look_at = tuple(behind.tolist()), tuple(rail.tolist())
+        return obstacles.faded(one.client_id) == {0}
+
+    wait_until(is_faded)
+    assert not obstacles.faded(other.client_id)
+    served.session.change(lambda world: world.with_obstacle(0, Sphere(center=(1.5, 9.0, 3.0), radius=0.2)))
+    wait_until(lambda: not obstacles.faded(one.client_id))
+
+
+@needs_browser
 def test_mode_and_method_are_chosen_in_the_panel(served: Live, browser: Any) -> None:
     page = browser.new_page(viewport={"width": 1000, "height": 700})
     page.goto(served.url)
@@ -173,8 +194,82 @@ def test_the_command_serves_until_it_is_told_to_end() -> None:
         assert not process.stderr.read()
 
 
+def test_only_the_paper_s_robot_as_it_is_loaded_has_sliders_of_sizes(robot: Robot) -> None:
+    """They would bring back the other hand, or other sizes, with the first that is moved."""
+    from humanoid_rail.live.page import has_sizes
+
+    assert has_sizes(robot)
+    assert not has_sizes(robot.with_hands(["left"]))
+    assert not has_sizes(load_robot(l_l2=0.9))
+
+
 def test_a_scene_of_another_robot_is_refused(robot: Robot) -> None:
     with pytest.raises(InvalidInput, match="targets"), serving(robot, Scene(targets={"tool": (1.0, 0.0, 1.0)})):
         pass
     with pytest.raises(InvalidInput, match="port"), serving(robot, SCENE, port=0):
         pass
+
+
+@pytest.mark.parametrize("host", ["", "nowhere.invalid", "203.0.113.7", "a" * 300])
+def test_an_address_that_is_not_of_this_machine_is_refused(robot: Robot, host: str) -> None:
+    with pytest.raises(InvalidInput, match="host"), serving(robot, SCENE, host=host, port=18100):
+        pass
+
+
+def test_a_port_that_is_taken_gives_way_to_the_next_one(robot: Robot) -> None:
+    with socket.create_server(("127.0.0.1", 65535)):
+        with serving(robot, SCENE, port=18100) as one, serving(robot, SCENE, port=18100) as two:
+            assert [live.url[-5:] for live in (one, two)] == ["18100", "18101"]
+        with pytest.raises(InvalidInput, match="port"), serving(robot, SCENE, port=65535):
+            pass
+
+
+def test_the_mode_in_the_panel_is_that_of_the_session(served: Live) -> None:
+    """Also where it changes by itself: a robot of other sizes is planned for."""
+    session, page = served.session, served.page
+    session.set_mode(Mode.FOLLOW)
+    wait_until(lambda: page.mode.value == "follow")
+    session.load_robot(load_robot)
+    assert session.mode is Mode.PLAN
+    wait_until(lambda: page.mode.value == "plan")
+
+
+@pytest.mark.parametrize("limits", [(0.001, 0.008), (-1e-5, 1e-5), (0.123456, 0.123456), (-0.523599, 3.665191)])
+def test_sliders_are_within_limits_however_narrow(limits: tuple[float, float]) -> None:
+    from humanoid_rail.live.page import slider_range
+
+    low, high, digits = slider_range(*limits)
+    assert limits[0] <= low <= high <= limits[1]
+    if limits[0] < limits[1]:
+        assert high - low > 0.9 * (limits[1] - limits[0])
+        assert 10.0**-digits <= min(0.01, 0.011 * (limits[1] - limits[0]))
+
+
+def test_a_robot_with_a_short_joint_is_shown() -> None:
+    links = "".join(f'<link name="{name}"/>' for name in ("base", "arm", "wrist"))
+    tip = '<link name="tip"><collision><geometry><sphere radius="0.05"/></geometry></collision></link>'
+    joints = "".join(
+        f'<joint name="{name}" type="prismatic"><parent link="{parent}"/><child link="{child}"/><origin xyz="0.2 0 0"/>'
+        f'<axis xyz="0 0 1"/><limit lower="{lower}" upper="{upper}" velocity="1" effort="1"/></joint>'
+        for name, parent, child, lower, upper in (
+            ("long", "base", "arm", -1.0, 1.0),
+            ("longer", "arm", "wrist", -1.0, 2.0),
+            ("short", "wrist", "tip", 0.001, 0.008),
+        )
+    )
+    short = load_robot(f'<robot name="short">{links}{tip}{joints}</robot>', hands={"tip": "tip"})
+    with serving(short, Scene(targets={"tip": (0.4, 0.0, 0.3)}), port=18110) as live:
+        wait_until(lambda: not live.session.is_planning)
+        assert live.session.plan is not None
+
+
+def test_steps_that_share_a_place_have_one_number_until_they_part(robot: Robot) -> None:
+    there, elsewhere = {"left": AHEAD["left"], "right": None}, {"left": (-1.6, 0.9, 3.4), "right": None}
+    with serving(robot, Scene(targets=(elsewhere, there, there)), port=18080) as live:
+        page = live.page
+        assert [page.numbers[step, "left"].text for step in range(3)] == ["1", "2, 3", "2, 3"]
+        gizmo = page.targets[2, "left"]
+        gizmo.position = elsewhere["left"]
+        for moved in gizmo._impl_aux.update_cb:  # as if it had been dragged there
+            moved(None)
+        assert [page.numbers[step, "left"].text for step in range(3)] == ["1, 3", "2", "1, 3"]

@@ -202,7 +202,7 @@ def test_a_robot_that_is_loaded_late_is_the_one_that_follows(session: Session) -
     session.set_mode(Mode.FOLLOW)
     there = session.tick(0.0).q
     go_on.set()
-    wait_until(lambda: session.world.robot is other)
+    wait_until(lambda: session.world.robot is other and session._chase is not None)
     assert session.mode is Mode.FOLLOW
     assert session._chase is not None
     assert session._chase.follower.robot is other

@@ -9,7 +9,7 @@ import coal
 import numpy as np
 import pinocchio as pin
 import pytest
-from conftest import random_q
+from conftest import ROOT, random_q
 
 from humanoid_rail import InvalidInput, Kinematics, Robot, Scene, build_urdf, export, load_robot, plan, retime, robots
 from humanoid_rail.model.collision_bodies import coal_placement
@@ -99,6 +99,24 @@ def test_links_without_a_body_are_named(human: Robot, robot: Robot) -> None:
     trajectory = plan(human, Scene(name="x", targets={"left": (-0.5, -0.2, 1.2), "right": None}))
     assert trajectory.status == "reached"
     assert trajectory.certificate.links_without_body == human.links_without_body
+
+
+def test_what_would_be_hit_first_is_named_first(robot: Robot) -> None:
+    names = robot.links_without_body
+    assert {*names[:2]} == {"left_hand", "right_hand"}
+    assert {*names[2:4]} == {"head", "trunk"}
+    assert names[-1] == "base_link", "it never moves"
+
+
+def test_the_documents_name_the_bodies_that_are_not_checked(robot: Robot) -> None:
+    """And how to have them checked."""
+    checked = {*load_robot(trunk_bodies=1).link_names} - {*robot.link_names}
+    assert checked == {"left_hand", "right_hand", "head", "trunk"}
+    for page in ("README.md", "docs/safety.md", "docs/tutorial.md", "docs/robot.md"):
+        text = " ".join((ROOT / page).read_text(encoding="utf-8").split()).lower()
+        without = [said for said in text.split(".") if "no collision body" in said or "none" in said]
+        assert any(all(name in said for name in ("hands", "head", "trunk")) for said in without), page
+        assert "load_robot(trunk_bodies=1)" in text, page
 
 
 def test_trunk_bodies_are_there_or_not() -> None:

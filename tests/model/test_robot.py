@@ -166,7 +166,7 @@ def test_visual_geometry_does_not_depend_on_the_collision_radius() -> None:
 @pytest.mark.parametrize(
     ("arguments", "field"),
     [
-        ({"l_t9": 1.0}, "l_t9"),
+        ({"l_t9": 1.0}, "argument"),
         ({"l_t1": 0.0}, "l_t1"),
         ({"l_l2": -1.0}, "l_l2"),
         ({"link_radius": -0.01}, "link_radius"),

@@ -90,7 +90,7 @@ def test_a_body_deep_in_an_obstacle_is_warned_of_and_named(standing: Robot, caps
     more = replace(certificate, unchecked_pairs=(*left_out, *certificate.unchecked_pairs))
     report_certificate("s", more, np.array([0.0, 1.0]))
     said = " ".join(capsys.readouterr().out.split())
-    assert "never move, not checked │ base and obstacles[0] (box): they touch by 0.05 m" in said
+    assert "fixed, left out │ base and obstacles[0] (box): they touch by 0.05 m" in said
     assert "a39" not in said
 
 

@@ -133,7 +133,7 @@ def test_an_objective_that_fails_in_one_scene_leaves_the_others(robot: Robot, sc
 
 
 def test_unknown_arguments_and_jobs_are_refused(robot: Robot, scenes: list[Scene]) -> None:
-    with pytest.raises(TypeError, match="speed"):
+    with pytest.raises(InvalidInput, match="speed is 3"):
         plan_many(robot, scenes, speed=3)
     for n_jobs in (0, 1.5, "two", True):
         with pytest.raises(InvalidInput, match="n_jobs"):

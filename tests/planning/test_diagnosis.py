@@ -13,13 +13,18 @@ from conftest import AHEAD, ROOT, PythonKinematics
 from humanoid_rail import (
     Auto,
     Box,
+    ConfigurationTask,
     Diagnosis,
     GradientProjection,
+    PointTask,
+    Problem,
+    RelativeTask,
     Remedy,
     Robot,
     SafeVelocity,
     Scene,
     Sphere,
+    Task,
     Trajectory,
     load_robot,
     load_scene,
@@ -27,6 +32,7 @@ from humanoid_rail import (
     plan,
     read_trajectory,
     retime,
+    solve,
     write_trajectory,
 )
 
@@ -205,6 +211,26 @@ def test_a_later_step_is_named(robot: Robot) -> None:
     assert retime(trajectory).diagnosis == trajectory.diagnosis
 
 
+@pytest.mark.parametrize(
+    ("task", "said"),
+    [
+        (ConfigurationTask(("rail",), (12.0,)), "rail is at its upper limit of 9"),
+        (RelativeTask("left", "right", (0.0, 9.0, 0.0)), "is at its lower limit"),
+        (PointTask("left", (-1.6, 0.6, 30.0), (0.3, 0.0, 0.0)), "is at its"),
+    ],
+)
+def test_hands_without_a_target_of_their_own_are_not_said_to_be_there(robot: Robot, task: Task, said: str) -> None:
+    problem = Problem(robot=robot, scene=Scene(targets=AHEAD), tasks=(task,), start=robot.initial)
+    for method in (Auto(max_edge_checks=BUDGET), SafeVelocity()):
+        trajectory = solve(problem, method)
+        assert trajectory.diagnosis is not None
+        assert not trajectory.diagnosis.misses
+        assert "at their targets" not in trajectory.reason
+        assert "nearest miss: ;" not in trajectory.reason
+        if isinstance(method, Auto):
+            assert said in trajectory.diagnosis.miss
+
+
 def test_the_same_plan_has_the_same_diagnosis() -> None:
     again = plan(load_robot(), load_scene(FOLDER / "stuck-7.yaml"), Auto(max_edge_checks=BUDGET))
     assert again.diagnosis == diagnosis_of("stuck-7")
@@ -249,3 +275,16 @@ def test_what_helps_a_method_without_a_safety_distance_is_tried_with_that_of_aut
     assert remedies[0].proven == "planned"
     assert trajectory.reason.endswith(f"{remedies[0].what} (auto finds a plan then)")
     assert not [one.what for one in remedies if "the method auto" in one.what or one.option]
+
+
+def test_among_obstacles_that_move_it_is_said_that_nothing_is_tried_out(robot: Robot) -> None:
+    at_the_hand = Sphere(center=AHEAD["left"], radius=0.3)
+    far = Sphere(center=(-5.0, 0.0, 9.0), radius=0.1, velocity=(0.01, 0.0, 0.0))
+    among, at_rest = (
+        plan(robot, Scene(targets=AHEAD, obstacles=obstacles), SafeVelocity(max_time=3.0))
+        for obstacles in ((at_the_hand, far), (at_the_hand,))
+    )
+    assert among.diagnosis is not None
+    assert not among.diagnosis.remedies
+    assert among.reason.endswith("; what would help is not looked for among obstacles that move")
+    assert "not looked for" not in at_rest.reason

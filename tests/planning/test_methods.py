@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import pickle
-from dataclasses import FrozenInstanceError, fields
+from dataclasses import FrozenInstanceError, fields, replace
+from inspect import signature
 from typing import Any
 
 import numpy as np
@@ -67,10 +68,22 @@ def test_each_method_has_its_own_options_and_no_others(method: Any) -> None:
     assert set(method().options()) == COMMON | OWN[method]
     for option in EVERY:
         if option not in COMMON | OWN[method]:
-            with pytest.raises(TypeError, match=f"unexpected keyword argument '{option}'"):
+            with pytest.raises(InvalidInput, match=f"{option} is 1; valid: one of the options of {method.__name__}"):
                 method(**{option: 1})
     with pytest.raises(TypeError, match="positional"):
         method(1.0)
+
+
+def test_an_option_that_is_misspelt_is_answered_with_the_one_that_is_meant() -> None:
+    for make, said in (
+        (lambda: Auto(sed=3), "sed is 3; .*; did you mean seed?"),  # type: ignore[call-arg]
+        (lambda: SafeVelocity(safety_distanc=0.1), "did you mean safety_distance?"),  # type: ignore[call-arg]
+        (lambda: GradientProjection(epsilom=0.7), "did you mean epsilon?"),  # type: ignore[call-arg]
+        (lambda: replace(Auto(), sed=3), "did you mean seed?"),  # type: ignore[call-arg]
+    ):
+        with pytest.raises(InvalidInput, match=said.replace("?", "[?]")):
+            make()
+    assert list(signature(Auto).parameters) == [field.name for field in fields(Auto)]
 
 
 @pytest.mark.parametrize("method", OWN, ids=lambda method: method.name)
@@ -150,7 +163,7 @@ def test_a_planning_time_that_suffices_changes_nothing(robot: Robot) -> None:
     assert endless.search == enough.search
 
 
-@pytest.mark.parametrize("checks", [1, 100, 700])
+@pytest.mark.parametrize("checks", [1, 100, 300])
 def test_a_small_budget_ends_stuck_after_as_many_checks(robot: Robot, checks: int) -> None:
     """Of a scene that has a path: only the number decides, and each time it decides the same."""
     deep = load_scene(min((ROOT / "scenes" / "dev").glob("deep-*")))

@@ -171,7 +171,10 @@ def test_an_arm_that_is_stretched_is_still_said_to_be(robot: Robot) -> None:
         ((POINT, PointTask("right", (-1.8, 3.0, 3.0)), DirectionTask("left", (1.0, 0.0, 0.0))), "the left hand is"),
         ((POINT, DirectionTask("left", (-1.0, 0.0, 0.0)), DirectionTask("left", (1.0, 0.0, 0.0))), "the left hand is"),
         ((POINT, PointTask("left", (-1.8, 2.3, 3.0))), "each task can be done, but not all at once"),
-        ((PointTask("left", (-2.0, -1.0, 3.0)), PointTask("right", (-2.0, 9.0, 3.0))), "the left and the right hands"),
+        (
+            (PointTask("left", (-2.0, -1.0, 3.0)), PointTask("right", (-2.0, 9.0, 3.0))),
+            "each target is in reach of its hand, but not both at once",
+        ),
     ],
 )
 def test_what_cannot_be_reached_is_said_of_the_right_hand(robot: Robot, tasks: tuple[Task, ...], said: str) -> None:

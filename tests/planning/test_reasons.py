@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from conftest import AHEAD, ROOT
+from running import Ran
 
 from humanoid_rail import Auto, GradientProjection, Robot, SafeVelocity, Scene, Sphere, load_scene, plan, retime
 from humanoid_rail.cli.report import report_plan
@@ -64,7 +67,28 @@ def test_tables_of_motions_that_end_early_say_so(
     robot: Robot, capsys: pytest.CaptureFixture[str], longest: float, is_whole: bool
 ) -> None:
     report_plan("a plan", plan(robot, Scene(name="once", targets=AHEAD), Auto(max_time=longest)))
-    assert ("as far as" in " ".join(capsys.readouterr().out.split())) != is_whole
+    said = " ".join(capsys.readouterr().out.split())
+    assert ("│ yes, as far as the motion goes: no " in said) != is_whole
+    assert ("│ kept, as far as the motion goes: position" in said) != is_whole
+
+
+def test_the_table_of_a_plan_that_failed_is_read_in_a_terminal_of_80_columns(
+    robot: Robot, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    scene = ROOT / "scenes" / "unsolvable" / "target_in_collision-7.yaml"
+    lines = Ran(capfd, "plan", scene, "--out", tmp_path, "--no-page", "--no-view").out.splitlines()
+    rows = [line[1:-1].partition("│") for line in lines if line.startswith("│")]
+    labels = {label.strip(): text.strip() for label, _, text in rows}
+    assert max(len(label) for label in labels) <= 15
+    assert len(lines) <= 36
+    assert labels["no body"] == ", ".join(robot.links_without_body[:4]) + " and 8 more"
+    assert labels["left out"] == "carriage and lower_torso and 8 more pairs, near joints"
+    (written,) = [line for line in lines if line.startswith("Written to")]
+    assert written.count(str(tmp_path)) == 1
+    summary = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
+    assert summary["certificate"]["links_without_body"] == list(robot.links_without_body)
+    assert len(summary["certificate"]["unchecked_pairs"]) == 9
 
 
 def test_joints_that_a_velocity_limit_of_0_holds_are_named(robot: Robot) -> None:

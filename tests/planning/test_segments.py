@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -110,6 +111,28 @@ def test_what_cannot_be_reached_ends_the_motion_where_it_got(robot: Robot) -> No
     assert len(motion.arrivals) == 1
     np.testing.assert_allclose(dh.hands(motion.configuration(motion.arrivals[0])), list(BOTH.values()), atol=0.01)
     assert motion.certified
+
+
+@pytest.mark.parametrize("method", ["auto", "qp"])
+def test_times_in_reasons_count_from_the_start_of_the_motion(robot: Robot, method: str) -> None:
+    motion = conftest.plan(robot, scene([BOTH, {"left": [0.6, 0.0, 8.0], "right": None}]), method)
+    assert motion.status is not Status.REACHED
+    begun, end = re.findall(r"\bt = ([\d.]+) s", motion.reason)
+    assert float(begun) == pytest.approx(motion.arrivals[0], rel=1e-3)
+    assert float(end) == pytest.approx(motion.duration, rel=1e-3)
+
+
+def test_what_runs_into_the_robot_does_so_at_a_time_of_the_whole_motion(robot: Robot) -> None:
+    first = conftest.plan(robot, scene([BOTH], []), "qp").duration
+    x, y, z = BOTH["left"]
+    # It comes from the left, faster than any evasion, and is there three seconds after the first targets.
+    ball = {"type": "sphere", "center": [x, y - 8.0 * (first + 3.0), z], "radius": 0.6, "velocity": [0.0, 8.0, 0.0]}
+    motion = conftest.plan(robot, scene([BOTH, {"left": [-1.6, 0.6, 2.2], "right": None}], [ball]), "qp")
+    assert motion.status is Status.OVERRUN
+    times = [float(t) for t in re.findall(r"\bt = ([\d.]+) s", motion.reason)]
+    assert len(times) == 3
+    assert times[0] == pytest.approx(motion.arrivals[0], rel=1e-3)
+    assert times[1:] == pytest.approx(2 * [motion.duration], abs=0.05)
 
 
 def test_the_longest_motion_is_that_of_all_legs(robot: Robot) -> None:

@@ -204,6 +204,6 @@ def test_a_start_that_cannot_be_told_from_touching_is_refused(robot: Robot, plan
 
 
 @pytest.mark.parametrize("option", ["safety_distance", "damper_gain", "seed", "max_planning_time", "equalities"])
-def test_an_option_that_a_method_has_not_is_a_type_error(option: str) -> None:
-    with pytest.raises(TypeError, match=option):
+def test_an_option_that_a_method_has_not_is_bad_input(option: str) -> None:
+    with pytest.raises(InvalidInput, match=f"{option} is 0.5"):
         GradientProjection(**{option: 0.5})

@@ -112,7 +112,7 @@ def test_among_obstacles_that_move_too_a_motion_is_certified_afresh(
         (["--retime", "--speed", "1.5"], "speed is 1.5"),
         (["--retime", "--speed", "0"], "speed is 0.0"),
         (["--set", "beta"], "NAME=VALUE"),
-        (["--set", "gamma=1"], "gamma is"),
+        (["--set", "gamma=1"], "argument is 'gamma'"),
     ],
 )
 def test_bad_options_of_the_timing(options: list[str], said: str, capfd: pytest.CaptureFixture[str]) -> None:

@@ -157,3 +157,19 @@ def test_links_that_are_too_thick(obstacles: tuple[Any, ...]) -> None:
 
 def test_a_start_in_which_links_touch_is_to_blame_itself(robot: Robot, folded_q: np.ndarray) -> None:
     assert refused(plan, robot, Scene(name="x", targets=AHEAD, initial=folded_q)).field == "initial"
+
+
+def test_all_unknown_keys_are_named() -> None:
+    obstacle = {"type": "sphere", "center": [0, 0, 1], "radius": 0.1}
+    data = {"name": "x", "targts": AHEAD, "obstacels": [obstacle], "units": "mm"}
+    with pytest.raises(InvalidInput) as caught:
+        make_scene(data)
+    assert caught.value.field == "targts"
+    assert "did you mean targets?" in caught.value.valid
+    assert caught.value.valid.endswith("; unknown as well: 'obstacels', did you mean obstacles?, 'units'")
+
+    odd = [{**obstacle, "colour": "red"}, {**obstacle, "velocty": [0, 0, 1]}]
+    with pytest.raises(InvalidInput) as caught:
+        make_scene({"name": "x", "targets": AHEAD, "obstacles": odd})
+    assert caught.value.field == "obstacles[0].colour"
+    assert caught.value.valid.endswith("; unknown elsewhere: obstacles[1].velocty")

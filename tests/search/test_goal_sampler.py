@@ -11,7 +11,7 @@ from humanoid_rail.kinematics.task import PointTask
 from humanoid_rail.paper import dh_table as dh
 from humanoid_rail.scene.obstacles import Obstacle
 from humanoid_rail.search.blocked_targets import blocked_target
-from humanoid_rail.search.goal_sampler import pull, seeds
+from humanoid_rail.search.goal_sampler import seeds
 from humanoid_rail.search.reachability import out_of_reach
 
 FREE = {"left": (0.6, -1.8, 2.6), "right": (0.6, 1.8, 2.6)}
@@ -99,7 +99,7 @@ def test_a_goal_is_pulled_to_the_start(robot: Robot, rng: np.random.Generator) -
     ]
     shorter = 0
     for goal in goals:
-        nearer = pull(robot, goal, robot.initial, lambda q: solver.solve(q, points(targets), 0.01))
+        nearer = solver.pulled(goal, robot.initial, points(targets), 0.01)
         before, after = np.linalg.norm(goal - robot.initial), np.linalg.norm(nearer - robot.initial)
         assert after <= before
         shorter += after < 0.9 * before

@@ -82,6 +82,12 @@ def test_two_motions_are_in_one_page(
     with opened(page_file) as (page, troubles):
         assert page.evaluate("playback.clock.duration") == max(moving[1].duration, other.duration)
         assert page.locator("h1").all_inner_texts() == ["one", "two"]
+        duration = page.evaluate("playback.clock.duration")
+        for number, own in enumerate((moving[1], other)):
+            places = page.locator(f".mark-at.of{number}").evaluate_all("all => all.map(one => one.style.left)")
+            expected = [100 * t / duration for t in own.arrivals]
+            assert [float(place.rstrip("%")) for place in places] == pytest.approx(expected, abs=1e-3)
+        assert len(other.arrivals) == 1
         assert "among other obstacles" in page.locator("#caption section").nth(1).inner_text()
         t = 1.0
         seek(page, t)

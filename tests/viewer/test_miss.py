@@ -5,11 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 from conftest import ROOT, PythonKinematics, plan
 from pages import needs_browser, page_data
-from screenshot import opened, seek, settle
+from screenshot import PHONE, opened, seek, settle
 
 from humanoid_rail import Robot, Scene, load_scene, paper_scene
+from humanoid_rail.cli.report import report_plan
+from humanoid_rail.viewer.miss import miss_panel
 from humanoid_rail.viewer.playback import playback_html
 
 NAME = "<b>ball</b> & more"
@@ -28,6 +31,15 @@ def test_the_nearest_miss_is_seen_with_what_blocks_it(robot: Robot, tmp_path: Pa
     file = tmp_path / "page.html"
     file.write_text(playback_html(robot, scene, trajectory), encoding="utf-8")
     with opened(file) as (page, troubles):
+        assert page.evaluate("[playback.clock.t, playback.clock.playing]") == [
+            pytest.approx(trajectory.duration, abs=1e-6),
+            False,
+        ], "it opens where the motion ends, and stands still"
+        first, _, rest = trajectory.reason.partition("; ")
+        said = page.locator("#caption .why")
+        assert said.inner_text() == first
+        said.click()
+        assert said.inner_text() == f"{first}; {rest}"
         seek(page, 0.0)
         why = page.locator("#why")
         assert why.is_visible()
@@ -44,7 +56,7 @@ def test_the_nearest_miss_is_seen_with_what_blocks_it(robot: Robot, tmp_path: Pa
                 const find = path => playback.figures[0].find("miss", ...path.split("/"));
                 const at = (node, y) => root.position.clone().set(0, y, 0).applyMatrix4(node.matrixWorld)
                     .applyMatrix4(to).toArray();
-                const { joint, offset } = playback.page.hands[0], name = playback.page.joints[joint - 1].name;
+                const { joint, offset } = playback.page.hands[0], name = playback.page.joints[joint - 1].node;
                 const ghost = root.position.clone().fromArray(offset);
                 ghost.applyMatrix4(find(`ghost/${name}`).matrixWorld).applyMatrix4(to);
                 const line = find("lines/left/line/<object>");
@@ -66,6 +78,40 @@ def test_the_nearest_miss_is_seen_with_what_blocks_it(robot: Robot, tmp_path: Pa
         assert not page.evaluate("() => playback.figures[0].find('miss').visible")
         assert page.locator("#labels .miss:visible").count() == 0
         assert not troubles
+
+
+@needs_browser
+def test_on_a_phone_the_panel_hides_nothing_and_can_be_folded(robot: Robot, tmp_path: Path) -> None:
+    scene = load_scene(ROOT / "scenes" / "unsolvable" / "target_out_of_reach-4.yaml")
+    file = tmp_path / "page.html"
+    file.write_text(playback_html(robot, scene, plan(robot, scene)), encoding="utf-8")
+    with opened(file, PHONE) as (page, troubles):
+        why, stage = page.locator("#why"), page.locator("#stage")
+        box, picture = why.bounding_box(), stage.bounding_box()
+        assert box["y"] >= picture["y"] + picture["height"] - 1, "it is below the picture"
+        helps = page.locator("#why h3", has_text="What would help").bounding_box()
+        assert helps["y"] + helps["height"] < box["y"] + box["height"], "it is seen without scrolling"
+        assert why.evaluate("panel => { panel.scrollTop = 1e4; return panel.scrollTop > 0; }"), (
+            "the rest is scrolled to"
+        )
+        page.locator("#why h2").tap()
+        assert why.bounding_box()["height"] < 40
+        assert stage.bounding_box()["height"] > picture["height"] + 50
+        page.locator("#why h2").tap()
+        assert page.locator("#why h3").first.is_visible()
+        assert not troubles
+
+
+def test_what_would_help_stands_once(robot: Robot, capsys: pytest.CaptureFixture[str]) -> None:
+    scene = load_scene(ROOT / "scenes" / "unsolvable" / "target_in_collision-1.yaml")
+    trajectory = plan(robot, scene)
+    report_plan("a plan", trajectory)
+    said = capsys.readouterr().out
+    assert said.count("along") == 1
+    assert said.count("nearest miss") == 1
+    panel = miss_panel("Why", trajectory.reason, trajectory.diagnosis)
+    assert panel.count("along") == 1
+    assert "<h3>Besides</h3><ul><li>the motion is as far as qp gets" in panel
 
 
 def test_a_plan_that_reaches_its_targets_has_nothing_of_it(robot: Robot) -> None:

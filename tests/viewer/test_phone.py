@@ -9,7 +9,7 @@ from conftest import ROOT, plan
 from pages import needs_browser
 from screenshot import PHONE, opened
 
-from humanoid_rail import load_robot_of_scene, load_scene, retime
+from humanoid_rail import Robot, Scene, load_robot_of_scene, load_scene, plan_case, retime
 from humanoid_rail.viewer.playback import playback_html
 
 
@@ -37,4 +37,17 @@ def test_on_a_phone_nothing_overlaps_and_a_touch_is_enough(tmp_path: Path) -> No
         for hand in page.evaluate("""() => playback.figures[0].hands.map(hand =>
                 playback.camera.inView(hand.toArray()).project(viewer.camera).toArray())"""):
             assert max(map(abs, hand[:2])) < 1, "the robot is in the picture"
+        assert not troubles
+
+
+@needs_browser
+def test_what_is_not_checked_can_be_read_on_a_phone(robot: Robot, scene: Scene, tmp_path: Path) -> None:
+    (tmp_path / "page.html").write_text(playback_html(robot, scene, plan_case(robot, 3, dt=0.1)), encoding="utf-8")
+    names, first = robot.links_without_body, ", ".join(robot.links_without_body[:4])
+    with opened(tmp_path / "page.html", PHONE) as (page, troubles):
+        line = page.locator("#caption .bare")
+        assert line.inner_text() == f"not checked, as they have no collision body: {first} and {len(names) - 4} more"
+        assert line.evaluate("p => p.scrollWidth <= p.clientWidth"), "all of it is seen"
+        line.tap()
+        assert line.inner_text().endswith(": " + ", ".join(names))
         assert not troubles

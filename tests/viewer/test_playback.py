@@ -21,13 +21,18 @@ from humanoid_rail import (
     Capsule,
     HalfSpace,
     HumanoidRailError,
+    InvalidInput,
     Mesh,
     Robot,
     Scene,
     Sphere,
     Trajectory,
     load_scene,
+    paper_scene,
     plan_case,
+    read_plan,
+    view,
+    write_plan,
 )
 from humanoid_rail.viewer import server
 from humanoid_rail.viewer.camera import viewpoint
@@ -186,6 +191,7 @@ def test_without_the_engine_the_page_shows_no_closest_pairs(
     robot: Robot, scene: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     trajectory: Trajectory = changed(plan_case(robot, 1, dt=0.5), certificate=None)
+    assert trajectory.clearance.size, "samples are computed when they are asked for"
     monkeypatch.setattr("humanoid_rail._native.why_no_engine", lambda: "not built")
     page = playback_html(robot, scene, trajectory)
     assert "not certified, as there was no native engine" in page
@@ -196,8 +202,30 @@ def test_without_the_engine_the_page_shows_no_closest_pairs(
     assert motion["clearance"] is not None
 
 
+def test_no_page_shows_a_certificate_of_another_scene(robot: Robot, scene: Scene, tmp_path: Path) -> None:
+    trajectory = plan_case(robot, 3, dt=0.1)
+    other = scene.model_copy(update={"obstacles": (*scene.obstacles, Sphere(center=(-2.0, 0.0, 2.0), radius=0.2))})
+    for show_it in (lambda: playback_html(robot, other, trajectory), lambda: view(trajectory, robot, other)):
+        with pytest.raises(InvalidInput, match=r"scene.*among which the motion was planned \(trajectory\.scene\)"):
+            show_it()
+    # A scene that is equal is as good, and other targets are no obstacles.
+    assert "certified free of contact" in playback_html(robot, scene.model_copy(deep=True), trajectory)
+
+    write_plan(trajectory, robot, scene, tmp_path)
+    (tmp_path / "other.json").write_text(other.model_dump_json(exclude_none=True), encoding="utf-8")
+    found = read_plan(tmp_path, str(tmp_path / "other.json"))
+    assert found.scene.obstacles == other.obstacles
+    with pytest.raises(InvalidInput, match="among which the motion was planned"):
+        playback_html(found.robot, found.scene, found.trajectory)
+
+
 def test_the_page_says_why_there_is_no_path(robot: Robot) -> None:
     scene = load_scene(ROOT / "scenes" / "unsolvable" / "target_in_collision-1.yaml")
-    page = playback_html(robot, scene, plan(robot, scene))
-    assert "target in collision after" in page
+    trajectory = plan(robot, scene)
+    page = playback_html(robot, scene, trajectory)
+    assert f">not reached: target in collision; the motion ends at {trajectory.duration:.2f} s<" in page
+    assert ">certified free of contact, as far as the motion goes<" in page
+    reached = playback_html(robot, paper_scene(), plan_case(robot, 3, dt=0.1))
+    assert ">certified free of contact<" in reached
+    assert ">reached in 6." in reached
     assert "the left hand at its target would be 0.35 m inside obstacles[0] (ball)" in page

@@ -90,6 +90,7 @@ def test_without_engine_obstacles_or_motion_there_is_less(
     assert len(rest.t) == 1
     assert not rest.hand_speed.any()
     trajectory: Trajectory = changed(plan_case(robot, 1, dt=0.5), certificate=None)
+    assert trajectory.clearance.size  # samples are computed by the engine, where they are asked for
     monkeypatch.setattr("humanoid_rail._native.why_no_engine", lambda: "not built")
     found = series(robot, scene, trajectory)
     assert not any(found.pairs)

@@ -8,11 +8,11 @@ function makeFigure(viewer, page, motion, number) {
   const { THREE } = MeshCat, width = page.jointNames.length;
   const moments = unpacked(motion.t), q = unpacked(motion.q);
   const find = (...path) => viewer.scene_tree.find(["meshcat", "world", `motion${number}`, ...path]).object;
-  const names = ["universe", ...page.joints.map(joint => joint.name)];
-  const trees = ["robot", "bodies"].map(tree => names.map(name => find(tree, name)));
+  const nodes = ["universe", ...page.joints.map(joint => joint.node)];
+  const trees = ["robot", "bodies"].map(tree => nodes.map(name => find(tree, name)));
   const axes = find("axes");
   axes.visible = false;
-  names.slice(1).forEach(() => {
+  nodes.slice(1).forEach(() => {
     const cross = new THREE.AxesHelper(AXES * page.scale);
     cross.material.depthTest = false;
     cross.material.transparent = true;
@@ -36,7 +36,7 @@ function makeFigure(viewer, page, motion, number) {
   const figure = {
     motion, moments,
     hands: page.hands.map(() => new THREE.Vector3()), // where they are, in the base frame, m
-    joints: names.map(() => new THREE.Vector3()),
+    joints: nodes.map(() => new THREE.Vector3()),
     find,
     axes,
 

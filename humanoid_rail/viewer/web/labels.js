@@ -14,8 +14,10 @@ function makeLabels(viewer, page, figures, obstacles, inView) {
     labels.push({ kind, element, place });
   }
   const colours = Object.fromEntries(page.hands.map(hand => [hand.name, hand.colour]));
-  for (const { step, hand, position } of page.targets)
-    add("steps", page.steps > 1 ? step + 1 : hand[0].toUpperCase(), () => position, colours[hand]);
+  // Steps that have a hand at the same place have one mark there.
+  const marked = new Map(page.targets.map(target => [`${target.hand} ${target.steps}`, target]));
+  for (const { steps, hand, position } of marked.values())
+    add("steps", page.steps > 1 ? steps : hand[0].toUpperCase(), () => position, colours[hand]);
   figures.forEach(figure => page.hands.forEach((hand, i) =>
     add("names", hand.name, () => figure.hands[i].toArray(), hand.colour)));
 

@@ -5,6 +5,9 @@ function makeMiss(viewer, page, figures, labels) {
   const panel = document.getElementById("why");
   if (!panel) return null;
   const nodes = [];
+  panel.addEventListener("click", event => {
+    if (event.target.tagName === "H2") panel.classList.toggle("folded");
+  });
   page.motions.forEach(({ miss }, number) => {
     if (!miss) return;
     nodes.push(figures[number].find("miss"));

@@ -94,7 +94,10 @@ document.addEventListener("drawn", () => {
     const { x, y, z } = viewer.camera.position;
     if (obstacles.update(now, { x, y: -z, z: y }, points())) viewer.set_dirty();
   }
-  clock.seek(0);
+  // A plan that failed is shown where it ends, beside its nearest miss.
+  const failed = page.motions.every(motion => motion.miss);
+  if (failed) clock.pause();
+  clock.seek(failed ? clock.duration : 0);
   camera.fit();
   document.body.classList.add("ready");
   requestAnimationFrame(frame);

@@ -31,7 +31,7 @@ function inScene(...path) {
 }
 
 function paint(body, [colour, opacity]) {
-  inScene("bodies", robot.names[body.joint], body.name).traverse(node => {
+  inScene("bodies", robot.nodes[body.joint], body.node).traverse(node => {
     if (node.material) {
       node.material.color.setHex(colour);
       node.material.opacity = opacity;
@@ -68,7 +68,7 @@ function showContacts() {
 function show() {
   placements(robot.joints, q).forEach((at, i) => {
     for (const tree of ["robot", "bodies"]) {
-      const node = inScene(tree, robot.names[i]);
+      const node = inScene(tree, robot.nodes[i]);
       node.matrix.fromArray(at).decompose(node.position, node.quaternion, node.scale);
     }
   });

@@ -7,14 +7,16 @@ function makeTimeline(page, clock) {
   const find = id => document.getElementById(id), scrubber = find("scrubber"), track = find("track");
   const arrivals = page.motions[0].arrivals;
 
-  for (const [i, t] of arrivals.entries()) {
+  page.motions.forEach((motion, number) => motion.arrivals.forEach((t, i) => {
+    const of = page.motions.length > 1 ? `${motion.name}: ` : "";
     const mark = Object.assign(document.createElement("i"), {
-      className: "mark-at", title: `target ${i + 1} of ${page.steps}, reached at ${t.toFixed(2)} s`,
+      className: `mark-at of${number}`, title: `${of}target ${i + 1}, reached at ${t.toFixed(2)} s`,
     });
     mark.style.left = `${100 * t / (clock.duration || 1)}%`;
-    mark.textContent = page.steps > 1 ? i + 1 : "";
+    mark.textContent = motion.arrivals.length > 1 ? i + 1 : "";
     track.append(mark);
-  }
+  }));
+  const marks = [0, ...page.motions.flatMap(motion => motion.arrivals), clock.duration].sort((a, b) => a - b);
 
   // Return the segment at a time: 1 on the way to the first target.
   const segment = t => Math.min(arrivals.filter(arrival => arrival < t - 1e-9).length + 1, page.steps);
@@ -57,7 +59,7 @@ function makeTimeline(page, clock) {
   return {
     // Go to the next or the previous mark.
     jump(by) {
-      const marks = [0, ...arrivals, clock.duration], t = clock.t;
+      const t = clock.t;
       const to = by > 0 ? marks.find(mark => mark > t + 1e-3) : marks.filter(mark => mark < t - 1e-3).pop();
       clock.pause();
       if (to !== undefined) clock.seek(to);

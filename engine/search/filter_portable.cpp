@@ -1,0 +1,2 @@
+#define FILTER_KERNEL filter_portably
+#include "filter_kernel.inc"

@@ -1,0 +1,51 @@
+// Paths between configurations by sampling: found and shortened with the filter of edges, and then proven.
+#pragma once
+
+#include "../collision/edge_checker.hpp"
+#include "edge_filter.hpp"
+#include "rrt_connect.hpp"
+
+namespace humanoid_rail {
+
+// What a call may spend.
+struct SearchEffort {
+  long max_checks = 0;        // Of edges, by filter and by proof together.
+  double seconds = INFINITE;  // Then it is over.
+};
+
+// Of a call.
+struct Sampled {
+  std::optional<Rows> path;  // (K, n)
+  Rows explored;             // Configurations (K, n) to which there seem to be paths from the start.
+  long checks = 0;           // Edges that were checked.
+};
+
+// A robot among obstacles where they are at t = 0. Holds its workspace. Not to be shared between threads.
+class Sampler {
+ public:
+  // The distances are those of an EdgeChecker. `units` (n) are those in which coordinates are measured.
+  Sampler(std::shared_ptr<const Robot> robot, const Obstacles& obstacles, double distance, double own_share,
+          const Vector& units);
+
+  // Looks for a path from a configuration (n) to one of some goals (K, n) within a box. It is not proven. Goals that do
+  // not keep their distance are left out.
+  [[nodiscard]] Sampled connect(const Vector& start, const Rows& goals, const SearchBox& box, double longest,
+                                std::uint64_t seed, const SearchEffort& effort);
+  // Shortens a path (K, n) and proves it; none if it cannot be proven.
+  [[nodiscard]] Sampled shorten(const Rows& path, std::uint64_t seed, const SearchEffort& effort);
+  [[nodiscard]] const Robot& robot() const { return filter_.robot(); }
+
+ private:
+  class Count;
+  [[nodiscard]] Vector configuration(const Vector& point) const;
+  [[nodiscard]] Rows valid_goals(const Rows& goals);
+  [[nodiscard]] Rows configurations(const Rows& points) const;
+  [[nodiscard]] std::optional<Rows> proven(const Rows& path, Random& random, Count& count);
+  [[nodiscard]] std::optional<Rows> around(const Vector& a, const Vector& b, Random& random, Count& count);
+
+  EdgeFilter filter_;
+  EdgeChecker checker_;
+  Vector units_;
+};
+
+}  // namespace humanoid_rail

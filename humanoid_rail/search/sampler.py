@@ -1,0 +1,101 @@
+"""Paths between configurations by sampling: RRT-Connect and shortcuts, in the native engine.
+
+RRT-Connect (Kuffner and LaValle 2000) grows a tree from the start and one from the goals until they meet. What it finds
+is shortened: random points of the path are joined by straight edges, and its corners are drawn in. Configurations are
+measured in units of the speed limits, so that the length of a path is the time it takes at them.
+
+Both ask of an edge only whether samples of it keep the distance, eight at once (`engine/search/edge_filter.cpp`). Then
+each edge of the path is proven (`collision/edge_checker.py`). One that cannot be is replaced by a short path of proven
+edges; where none is found, the path counts as not found.
+
+The same seed gives the same path on every machine, whatever other threads do.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+
+import numpy as np
+
+from humanoid_rail._arrays import Array
+from humanoid_rail._native import engine
+from humanoid_rail.kinematics.path_metric import speed_units
+from humanoid_rail.model.native_robot import native_robot
+from humanoid_rail.model.robot import Robot
+from humanoid_rail.scene.native_obstacles import native_obstacles
+from humanoid_rail.scene.obstacles import Obstacle
+
+
+class Sampler:
+    """A robot among obstacles where they are at t = 0. Threads may share it: calls wait for one another.
+
+    Raises:
+        EngineMissing: If there is no native engine.
+    """
+
+    def __init__(
+        self, robot: Robot, obstacles: tuple[Obstacle, ...], distance: float, deadline: float = np.inf
+    ) -> None:
+        """Set up the search.
+
+        Args:
+            robot: The robot.
+            obstacles: What it keeps clear of, beside its own links.
+            distance: The distance that links keep from obstacles and from each other, m.
+            deadline: When to stop, on the clock of `time.perf_counter`, s.
+        """
+        self._native = engine().Sampler(
+            native_robot(robot), native_obstacles(obstacles), distance, 1.0, speed_units(robot)
+        )
+        self._deadline = deadline
+        self.checks = 0
+        """The number of edges that have been checked."""
+        self.explored: Array | None = None
+        """Configurations (K, n) to which the last search that failed seems to have paths; None before one."""
+
+    def connect(
+        self,
+        start: Array,
+        goals: Sequence[Array],
+        box: tuple[Array, Array],
+        seed: int,
+        longest: float,
+        max_checks: int,
+    ) -> Array | None:
+        """Return a path (K, n) from a start to one of some goals by RRT-Connect; None if there was none in time.
+
+        Its edges are not proven: `shorten` does that.
+
+        Args:
+            start: Configuration (n,), m and rad.
+            goals: Configurations (n,).
+            box: Two opposite corners (n,) of the box in which to look.
+            seed: Seed of the random numbers.
+            longest: The longest edge of the trees, s.
+            max_checks: The most edges to check.
+        """
+        path, explored, checks = self._native.connect(
+            start, np.array(goals), *box, longest, seed, max_checks, self._seconds()
+        )
+        self.checks += checks
+        if path is None:
+            self.explored = explored
+        found: Array | None = path
+        return found
+
+    def shorten(self, path: Array, seed: int, max_checks: int) -> Array | None:
+        """Return a path (K, n) with the same ends that is shorter, or as long, and proven; None if that fails.
+
+        Args:
+            path: Configurations (K, n), joined by edges that seem to be free.
+            seed: Seed of the random numbers.
+            max_checks: The most edges to check before the proof.
+        """
+        shorter, _, checks = self._native.shorten(path, seed, max_checks, self._seconds())
+        self.checks += checks
+        found: Array | None = shorter
+        return found
+
+    def _seconds(self) -> float:
+        return max(0.0, self._deadline - time.perf_counter())
