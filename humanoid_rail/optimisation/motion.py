@@ -62,6 +62,8 @@ REPAIR_TRUST = 0.05
 """The first step of a repair moves control points at most this far, s."""
 MUCH_SHORTER = 0.9
 """A motion that takes at most this share of the one that follows the path most loosely is shorter than the others."""
+LONGEST_STEP = 0.02
+"""Samples are at most this far apart, however far they may be, s: over as long accelerations set in."""
 ROUNDING = 1e-9
 """The interval is this share longer than limits ask for."""
 
@@ -98,6 +100,7 @@ def least_time_motion(
     """
     robot = problem.robot
     limits = limits_of(robot)
+    dt /= np.ceil(dt / LONGEST_STEP)
     motion, steps = _optimised(problem, path, limits, dt, safety_distance, max_steps, deadline)
     stray = (DEVIATION + CUT) * robot.speed_units
     if motion is not None:
@@ -167,7 +170,8 @@ def _repaired(
 def _seed(around: Surroundings, path: Array, finer: int) -> Array:
     """Return control points (M + d, m) along a path (N, n), so many times closer than they mostly are."""
     points = around.points(path)
-    rise = float((around.limits[0] / around.limits[1])[np.ptp(points, axis=0) > 0.0].max())
+    # Limits of speed are 1 in these units, where there are any.
+    rise = float((1.0 / around.limits[1])[np.ptp(points, axis=0) > 0.0].max())
     duration = float(abs(np.diff(points, axis=0)).max(axis=1).sum()) + rise
     intervals = finer * int(np.clip(np.ceil(duration / INTERVAL), FEWEST, MOST))
     return along(points, rise, around.degree, intervals)

@@ -50,7 +50,7 @@ def test_a_plan_has_the_timing_of_its_method_unless_told_otherwise(
 def test_a_plan_by_auto_is_of_least_time(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     ran = Ran(capfd, "plan", SCENE, "--out", tmp_path / "out", "--no-view")
     assert ran.code == 0
-    assert "of least time: within limits of velocity and acceleration" in ran.out
+    assert "of least time" in ran.out
     assert "times the lower bound" in ran.out
     motion = read_trajectory(tmp_path / "out")
     assert motion.timing is not None
@@ -62,7 +62,7 @@ def test_a_plan_by_auto_is_of_least_time(tmp_path: Path, capfd: pytest.CaptureFi
     assert 0.9 * motion.duration < summary["least_duration"] < motion.duration
     assert summary["least_duration"] == pytest.approx(motion.least_duration)
     cut = Ran(capfd, "plan", SCENE, "--max-optimisation-steps", "0", "--out", tmp_path / "path", "--no-view")
-    assert "as fast along its path as limits allow" in cut.out
+    assert "as fast along its path" in cut.out
     assert read_trajectory(tmp_path / "path").duration > motion.duration
 
 
