@@ -55,12 +55,13 @@ void bind_search(nb::module_& module) {
           "start"_a, "goals"_a, "lower"_a, "upper"_a, "longest"_a, "seed"_a, "max_checks"_a, "seconds"_a)
       .def(
           "shorten",
-          [](Guard& self, const Eigen::Ref<const Rows>& path, std::uint64_t seed, long max_checks, double seconds) {
+          [](Guard& self, const Eigen::Ref<const Rows>& path, double shorter_than, std::uint64_t seed, long max_checks,
+             double seconds) {
             check_rows("path", path, self.constant().robot().n());
-            return plain(
-                self.with([&](Sampler& sampler) { return sampler.shorten(path, seed, {max_checks, seconds}); }));
+            return plain(self.with(
+                [&](Sampler& sampler) { return sampler.shorten(path, shorter_than, seed, {max_checks, seconds}); }));
           },
-          "path"_a, "seed"_a, "max_checks"_a, "seconds"_a);
+          "path"_a, "shorter_than"_a, "seed"_a, "max_checks"_a, "seconds"_a);
 }
 
 }  // namespace humanoid_rail

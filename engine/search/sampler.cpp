@@ -94,7 +94,7 @@ Sampled Sampler::connect(const Vector& start, const Rows& goals, const SearchBox
   return found;
 }
 
-Sampled Sampler::shorten(const Rows& path, std::uint64_t seed, const SearchEffort& effort) {
+Sampled Sampler::shorten(const Rows& path, double shorter_than, std::uint64_t seed, const SearchEffort& effort) {
   Count count(effort);
   Random random(seed);
   const auto is_free = [&](const Vector& a, const Vector& b) {
@@ -103,10 +103,13 @@ Sampled Sampler::shorten(const Rows& path, std::uint64_t seed, const SearchEffor
   };
   const Rows points =
       shortened(path * units_.cwiseInverse().asDiagonal(), random, is_free, [&] { return count.is_over(); });
+  Sampled found;
+  found.checks = count.checks();
+  const auto edges = points.bottomRows(points.rows() - 1) - points.topRows(points.rows() - 1);
+  if (edges.rowwise().norm().sum() >= shorter_than) return found;
   Rows shorter = configurations(points);
   shorter.topRows(1) = path.topRows(1);
   shorter.bottomRows(1) = path.bottomRows(1);
-  Sampled found;
   found.path = proven(shorter, random, count);
   found.checks = count.checks();
   return found;

@@ -85,6 +85,8 @@ class PathSearch:
     """The option that cuts planning off, with its value."""
     goals: list[Array] = field(default_factory=list)
     """The goals nearest to the start."""
+    pulled: list[Array] = field(default_factory=list)
+    """The goals that are as near to the start as they get."""
     tried: int = 0
     """The number of configurations from which goals were looked for."""
     known: int = 0
@@ -137,7 +139,11 @@ class PathSearch:
         return found
 
     def _pulled(self, goal: Array) -> Array:
-        return goal if self.is_timed_out() else self.solver.pulled(goal, self.start, self.tasks, self.distance)
+        """Return a goal pulled towards the start, once."""
+        if self.is_timed_out() or any(goal is one for one in self.pulled):
+            return goal
+        self.pulled.append(self.solver.pulled(goal, self.start, self.tasks, self.distance))
+        return self.pulled[-1]
 
     def choose_goals(self, objective: Callable[[Array], float], last: bool = False) -> None:
         """Of the goals nearest to the start, keep the first, and those of the others whose objective is largest.
@@ -225,8 +231,9 @@ class PathSearch:
         self.known = len(self.goals) + len(others)
 
     def _shorten(self, found_by: str, path: Array, left: float) -> bool:
-        """Consider a path, shortened and proven; False if that fails."""
-        shorter = self.sampler.shorten(path, self._seed(), int(left))
+        """Consider a path, shortened and proven; False if that fails, or it is not the shortest."""
+        least = np.inf if self.best is None else self._length(self.best)
+        shorter = self.sampler.shorten(path, self._seed(), int(left), least)
         if shorter is not None:
             self.consider(found_by, shorter)
         return shorter is not None

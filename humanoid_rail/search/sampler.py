@@ -84,15 +84,16 @@ class Sampler:
         found: Array | None = path
         return found
 
-    def shorten(self, path: Array, seed: int, max_checks: int) -> Array | None:
+    def shorten(self, path: Array, seed: int, max_checks: int, shorter_than: float = np.inf) -> Array | None:
         """Return a path (K, n) with the same ends that is shorter, or as long, and proven; None if that fails.
 
         Args:
             path: Configurations (K, n), joined by edges that seem to be free.
             seed: Seed of the random numbers.
             max_checks: The most edges to check before the proof.
+            shorter_than: A path that is not shorter than this is not worth proving, s.
         """
-        shorter, _, checks = self._native.shorten(path, seed, max_checks, self._seconds())
+        shorter, _, checks = self._native.shorten(path, shorter_than, seed, max_checks, self._seconds())
         self.checks += checks
         found: Array | None = shorter
         return found
