@@ -45,9 +45,11 @@ GROWTH, SHRINK = 2.0, 0.5
 """So many times."""
 ENOUGH = 0.01
 """The optimisation ends with a step that gains less than this share of the duration."""
+DEEPEST = 0.02
+"""No step leads to where a clearance lacks more than this, m, unless it was lacking before: there may be no way out."""
 LEAST_GAIN = 1e-5
 """Where clearances lack more than they may, it ends where a program promises less than this."""
-LACKING = 1e-4
+LACKING = 3e-4
 """A clearance may lack this at the end, m."""
 
 
@@ -173,7 +175,7 @@ def shorten(
             there, there_rows = _look(around, looks, here._replace(control=moved), reach)
             gain = 1.0 - there.interval / here.interval + PENALTY * (here.lacking - there.lacking)
             ratio = gain / (share * expected)
-            if ratio > WORTHWHILE:
+            if ratio > WORTHWHILE and there.lacking <= max(here.lacking, DEEPEST):
                 break
         else:
             trust *= SHARES[-1]
