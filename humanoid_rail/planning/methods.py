@@ -142,7 +142,7 @@ class Auto(SafeOptions):
     """Whether to make a motion of least time that a drive can follow. If not, planning is quicker, and the motion
     follows its path as fast as the speed limits allow: accelerations are not limited. Where a joint that moves has no
     acceleration limit, or obstacles move, it is as if this were false."""
-    max_optimisation_steps: int = 12
+    max_optimisation_steps: int = 8
     """The most quadratic programs to solve for each segment, besides those of repairs and of a second attempt. What is
     found depends on this number, never on time; with 0 the motion follows its path."""
 

@@ -9,6 +9,8 @@ import numpy as np
 from humanoid_rail._arrays import Array
 from humanoid_rail.model.robot import Robot
 
+TOGETHER = 8
+"""So many configurations are drawn at once."""
 WIDEST = 10.0
 """Joints without position limits are sampled within this distance of the start, m and rad."""
 
@@ -23,4 +25,4 @@ def seeds(robot: Robot, start: Array, random: np.random.Generator) -> Iterator[A
     upper = np.where(moves, np.minimum(robot.upper, start + WIDEST), start)
     yield start
     while True:
-        yield start + random.random() * (random.uniform(lower, upper) - start)
+        yield from start + random.random((TOGETHER, 1)) * (random.uniform(lower, upper, (TOGETHER, robot.n)) - start)

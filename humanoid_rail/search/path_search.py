@@ -50,9 +50,9 @@ GOOD = 1.05
 """A path is short enough if it is no longer than this, in units of the distance to the nearest goal."""
 EFFORT_AFTER_QP = 250
 """This many edge checks are spent on a shorter path than that of the safe velocity."""
-EFFORT = 6.0
+EFFORT = 4.0
 """A shorter path than the first sampled one is looked for with this many times the checks that one took."""
-LEAST_EFFORT = 500
+LEAST_EFFORT = 300
 """At least this many edge checks are spent on a shorter path than the first sampled one."""
 MOST_EFFORT = 8000
 """At most this many edge checks are spent on a shorter path than the first sampled one."""
