@@ -106,7 +106,7 @@ Sampled Sampler::shorten(const Rows& path, double shorter_than, std::uint64_t se
   Sampled found;
   found.checks = count.checks();
   const auto edges = points.bottomRows(points.rows() - 1) - points.topRows(points.rows() - 1);
-  if (edges.rowwise().norm().sum() >= shorter_than) return found;
+  if (edges.cwiseAbs().rowwise().maxCoeff().sum() >= shorter_than) return found;
   Rows shorter = configurations(points);
   shorter.topRows(1) = path.topRows(1);
   shorter.bottomRows(1) = path.bottomRows(1);

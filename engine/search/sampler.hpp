@@ -31,7 +31,8 @@ class Sampler {
   // not keep their distance are left out.
   [[nodiscard]] Sampled connect(const Vector& start, const Rows& goals, const SearchBox& box, double longest,
                                 std::uint64_t seed, const SearchEffort& effort);
-  // Shortens a path (K, n) and proves it; none if it cannot be proven, or is no shorter than it has to be.
+  // Shortens a path (K, n) and proves it; none if it cannot be proven, or if at a speed of 1 for each coordinate it
+  // takes no less than `shorter_than`.
   [[nodiscard]] Sampled shorten(const Rows& path, double shorter_than, std::uint64_t seed, const SearchEffort& effort);
   [[nodiscard]] const Robot& robot() const { return filter_.robot(); }
 

@@ -38,6 +38,11 @@ def path_length(robot: Robot, path: Array) -> float:
     return float(lengths.sum())
 
 
+def least_travel_time(robot: Robot, path: Array) -> float:
+    """Return how long a path (K, n) takes at least, s: in each of its pieces some joint moves at its speed limit."""
+    return float(abs(np.diff(path, axis=0) / speed_units(robot)).max(axis=1).sum())
+
+
 def turns(robot: Robot, path: Array) -> Array:
     """Return the angles between successive pieces of a path (K, n), rad; K - 2 of them if no piece stands still."""
     return _angles(*_pieces(robot, path))

@@ -15,7 +15,7 @@ import numpy as np
 from humanoid_rail._arrays import Array
 from humanoid_rail.collision.edge_checker import EdgeChecker
 from humanoid_rail.kinematics.inverse_kinematics import InverseKinematics
-from humanoid_rail.kinematics.path_metric import path_length, speed_units
+from humanoid_rail.kinematics.path_metric import least_travel_time, speed_units
 from humanoid_rail.kinematics.task import Task
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.search.sampler import Sampler
@@ -64,7 +64,10 @@ QP, STRAIGHT, RRT_CONNECT = "qp", "straight line", "rrt-connect"
 
 @dataclass(eq=False)
 class PathSearch:
-    """What is known while a path is looked for. Paths are (K, n), configurations (n,), m and rad; lengths in s."""
+    """What is known while a path is looked for. Paths are (K, n), configurations (n,), m and rad.
+
+    The length of a path is the least time that it takes at the speed limits, s.
+    """
 
     robot: Robot
     checker: EdgeChecker
@@ -106,10 +109,10 @@ class PathSearch:
         return time.perf_counter() > self.deadline
 
     def _length(self, path: Array) -> float:
-        return path_length(self.robot, path)
+        return least_travel_time(self.robot, path)
 
     def _from_start(self, q: Array) -> float:
-        return float(np.linalg.norm((q - self.start) / speed_units(self.robot)))
+        return self._length(np.array([self.start, q]))
 
     def consider(self, found_by: str, path: Array) -> None:
         """Keep a path if it is the shortest so far."""

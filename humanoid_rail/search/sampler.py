@@ -91,7 +91,7 @@ class Sampler:
             path: Configurations (K, n), joined by edges that seem to be free.
             seed: Seed of the random numbers.
             max_checks: The most edges to check before the proof.
-            shorter_than: A path that is not shorter than this is not worth proving, s.
+            shorter_than: A path that takes no less than this at the speed limits is not worth proving, s.
         """
         shorter, _, checks = self._native.shorten(path, shorter_than, seed, max_checks, self._seconds())
         self.checks += checks
