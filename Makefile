@@ -6,7 +6,7 @@ ENGINE := $(wildcard engine/*.[hc]pp engine/*/*.[hc]pp)
 
 .DELETE_ON_ERROR:
 .PHONY: plan test lint docs docs-serve generate figures picture benchmark evaluation motions regression retiming \
-	least-time certificates distances filter views urdfs meshes robots gallery sanitize clean
+	least-time certificates distances filter stages views urdfs meshes robots gallery sanitize clean
 
 plan: $(VENV)/plan-installed
 	@echo "A kitting round, several targets one after the other, retimed for a drive:"
@@ -83,6 +83,10 @@ certificates: $(VENV)/test-installed
 # What the margin of proofs is made of: random pairs of bodies, half a minute.
 distances: $(VENV)/test-installed
 	$(BIN)/python -m validation.check_distances --readme docs/safety.md
+
+# Where the time of plans goes, half a minute.
+stages: $(VENV)/test-installed
+	$(BIN)/python -m benchmarks.stages scenes/dev --readme docs/auto.md
 
 # The sampled filter of edges against the proof: two minutes.
 filter: $(VENV)/test-installed
