@@ -6,6 +6,7 @@ import time
 from collections import defaultdict
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -47,9 +48,7 @@ def main(folder: Path, readme: Path | None) -> int:
             scene = load_scene(file)
             for name, method in (("quick", Auto(optimise=False)), ("optimised", Auto())):
                 plan(robot, scene, method)
-                spent = [
-                    stages_of(lambda scene=scene, method=method: plan(robot, scene, method)) for _ in range(REPEATS)
-                ]
+                spent = [stages_of(partial(plan, robot, scene, method)) for _ in range(REPEATS)]
                 found[family_of(scene), name].append(min(spent, key=lambda one: one["all"]))
             advance(1)
     columns = (*STAGES, "rest", "all")
