@@ -32,6 +32,10 @@ class Limits(NamedTuple):
     jerk: Array
     """(n,), m/s^3 and rad/s^3."""
 
+    def without_jerk(self) -> Limits:
+        """Return the same without those of jerk."""
+        return self._replace(jerk=np.full_like(self.jerk, np.inf))
+
 
 def limits_of(robot: Robot) -> Limits:
     """Return what the joints of a robot can do."""

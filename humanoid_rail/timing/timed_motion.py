@@ -151,6 +151,11 @@ def along_path(
         dwell: How long to rest after each segment but the last, s.
         wanted: The bound that is wanted, m.
     """
+    if np.isfinite(limits.jerk).any():
+        # Where a limit of jerk does not bind it should cost nothing.
+        free = along_path(robot, obstacles, segments, limits.without_jerk(), dt, dwell, wanted)
+        if (np.array([peak.jerk for peak in free.timing(robot, limits).peaks]) <= limits.jerk).all():
+            return free
     best = None
     for control, ends in followings(robot, segments, limits, dt, dwell):
         motion = certified_motion(robot, obstacles, control, dt, ends)

@@ -11,7 +11,7 @@ import pytest
 from conftest import ROOT
 from scipy.interpolate import CubicHermiteSpline
 
-from humanoid_rail import Robot, Scene, Sphere, Status, Trajectory, load_scene, plan, retime, verify
+from humanoid_rail import Robot, Scene, Sphere, Status, Trajectory, load_robot, load_scene, plan, retime, verify
 from humanoid_rail.optimisation import motion as optimisation_motion
 from humanoid_rail.paper import dh_table as dh
 from humanoid_rail.planning.methods import Auto
@@ -70,7 +70,8 @@ def test_it_is_fast_and_safe(robot: Robot, name: str) -> None:
     assert proof.clearance_bound == found.certificate.clearance_bound
 
 
-def test_each_step_is_optimised_and_ends_at_rest(robot: Robot) -> None:
+def test_each_step_is_optimised_and_ends_at_rest() -> None:
+    robot = load_robot("human-sized")
     scene = load_scene(Path(ROOT) / "scenes" / "picks.yaml")
     found, before = plan(robot, scene), retime(plan(robot, scene, QUICK))
     assert found.status is Status.REACHED

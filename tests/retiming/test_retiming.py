@@ -205,7 +205,7 @@ def test_a_motion_may_not_take_longer_than_it_may(robot: Robot, planned: Traject
 
 def test_a_retimed_motion_can_be_retimed(robot: Robot) -> None:
     """What is retimed again is the spline and not the chords between its samples, however far apart these are."""
-    scene = load_scene(ROOT / "scenes" / "dev" / "deep-500000.json")
+    scene = load_scene(ROOT / "scenes" / "dev" / "shelf-900000.json")
     first = retime(conftest.plan(robot, scene, optimise=False), robot, scene, dt=0.03)
     second = retime(first, robot, scene)
     assert second.certified
