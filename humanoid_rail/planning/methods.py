@@ -121,7 +121,7 @@ class SafeVelocity(SafeOptions):
 
 @dataclass(frozen=True, kw_only=True)
 class Auto(SafeOptions):
-    """Global planning where the local method gets stuck: `qp` first, then sampled paths, shortened and smoothed.
+    """Global planning: goals by inverse kinematics, sampled paths, and `qp` where these do not help.
 
     The path is made a motion of least time within the limits of velocity, acceleration and jerk, at rest at its ends
     and at the targets of each step: docs/least_time.md. Among obstacles that move the motion is `qp`. See docs/auto.md.
