@@ -18,7 +18,7 @@ from humanoid_rail.planning.methods import Auto
 
 MS = 1e-3
 EXCESS = 1e-6
-SCENES = ("sparse-80003", "sparse-80015", "dense-240002", "dense-240011", "shelf-900000", "shelf-900005", "deep-500003")
+SCENES = ("sparse-80003", "sparse-80015", "dense-240002", "dense-240011", "shelf-900000", "shelf-900005", "deep-500007")
 QUICK = Auto(optimise=False)
 
 
@@ -182,6 +182,29 @@ def test_a_motion_that_stays_has_a_timing_too(robot: Robot, free: Scene, planned
     assert found.duration == 0.0
     assert found.timing is not None
     assert found.timing.velocity.shape == (1, robot.n)
+
+
+@pytest.mark.parametrize("dt", [0.004, 0.05, 1.0])
+def test_samples_are_as_far_apart_as_they_may_be_and_not_farther(robot: Robot, dt: float) -> None:
+    found = plan(robot, scene_of("dense-240002"), Auto(dt=dt))
+    assert found.provenance.optimisation is not None
+    assert found.provenance.optimisation.optimised == 1
+    steps = np.diff(found.t)
+    assert np.ptp(steps) < 1e-9
+    most = min(dt, optimisation_motion.LONGEST_STEP)
+    assert 0.5 * most <= steps[0] <= most + 1e-12
+    assert_within_limits(robot, found)
+
+
+def test_joints_without_a_speed_limit_are_as_fast_as_their_accelerations(robot: Robot) -> None:
+    scene = scene_of("sparse-80003")
+    endless = replace(robot, velocity_limit=np.full(robot.n, np.inf))
+    found = plan(endless, scene)
+    assert found.certified
+    assert found.provenance.optimisation is not None
+    assert found.provenance.optimisation.optimised == 1
+    assert_within_limits(endless, found)
+    assert found.duration <= plan(robot, scene).duration * 1.02
 
 
 def test_one_that_takes_too_long_is_cut(robot: Robot) -> None:
