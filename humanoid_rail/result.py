@@ -143,7 +143,8 @@ class Verdict:
     """When the hands are at each of the scene's targets in turn, s; those that were not reached are missing."""
     least_duration: float | None = None
     """A lower bound of the duration, s: how long each joint alone would take to the same configurations, from rest to
-    rest within its limits, from target to target; for a motion without a timing within those of velocity alone."""
+    rest within its limits, from target to target; for a motion without a timing within those of velocity alone. None
+    unless all targets are reached."""
     diagnosis: Diagnosis | None = None
     """Why the plan failed and what would help; None where it did not fail, or no native engine could look into it."""
 

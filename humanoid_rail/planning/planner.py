@@ -130,7 +130,9 @@ def _result(
         certificate=certificate,
         violations=limit_violations(robot, *_joint_motions(motion, timed)),
         arrivals=segments.arrivals,
-        least_duration=least_duration_of(found, segments.arrivals, robot.velocity_limit),
+        least_duration=(
+            least_duration_of(found, segments.arrivals, robot.velocity_limit) if status is Status.REACHED else None
+        ),
         diagnosis=diagnosis,
     )
     return Trajectory(

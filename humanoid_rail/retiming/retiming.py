@@ -125,7 +125,7 @@ def _result(
             certificate=certificate,
             violations=limit_violations(robot, motion.joint_motion),
             arrivals=arrivals,
-            least_duration=least_duration_of(found, arrivals, None),
+            least_duration=least_duration_of(found, arrivals, None) if status is Status.REACHED else None,
             diagnosis=trajectory.diagnosis,
         ),
         provenance=replace(
