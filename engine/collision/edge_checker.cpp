@@ -134,7 +134,7 @@ bool EdgeChecker::halve(const Part& part) {
 // The distance that a pair keeps, m.
 double EdgeChecker::kept(const Nearest& pair) const {
   if (pair.is_with_obstacle()) return distance_;
-  return std::min(distance_, own_share_ * robot().pair_distances[pair.pair]);
+  return robot().kept_distance(pair.pair, distance_, own_share_);
 }
 
 bool EdgeChecker::is_within_limits(const Eigen::Ref<const Vector>& q) const {

@@ -57,9 +57,10 @@ struct Robot {
   }
   // For each self-collision pair the outermost joint that moves both bodies alike; 0, the base, where there is none.
   [[nodiscard]] const std::vector<pinocchio::JointIndex>& common_joints() const { return common_joints_; }
-  // How far apart a self-collision pair is kept where a distance in m is to be kept from everything.
-  [[nodiscard]] double kept_distance(int pair, double distance) const {
-    return std::min(distance, pair_distances[pair]);
+  // How far apart a self-collision pair is kept where a distance in m is to be kept from everything, and of a distance
+  // of its own this share.
+  [[nodiscard]] double kept_distance(int pair, double distance, double own_share = 1.0) const {
+    return std::min(distance, own_share * pair_distances[pair]);
   }
   // Whether measuring a self-collision pair takes long: its distance has no closed form.
   [[nodiscard]] bool takes_long(int pair) const { return takes_long_[static_cast<std::size_t>(pair)] != 0; }

@@ -80,7 +80,7 @@ bool EdgeFilter::is_edge_free(const Eigen::Ref<const Vector>& a, const Eigen::Re
 bool EdgeFilter::is_free(const Undecided& pair, const Eigen::Ref<const Vector>& a, const Vector& change) {
   Nearest& nearest = known(pair);
   const double kept =
-      nearest.is_with_obstacle() ? distance_ : std::min(distance_, own_share_ * robot().pair_distances[nearest.pair]);
+      nearest.is_with_obstacle() ? distance_ : robot().kept_distance(nearest.pair, distance_, own_share_);
   for (int lane = 0; lane < LANES; ++lane) {
     if ((pair.lanes >> lane & 1U) == 0) continue;
     if (!placed_[lane]) swept_.snapshot(0.0, a + shares_[lane] * change, at_[lane]);

@@ -206,7 +206,7 @@ void FilterScene::add_pieces(const std::vector<Obstacles::Piece>& pieces, double
 void FilterScene::add_pairs(const Robot& robot, double distance, double own_share) {
   for (std::size_t i = 0; i < robot.self_collision_pairs.size(); ++i) {
     const auto& [link, other] = robot.self_collision_pairs[i];
-    const double kept = std::min(distance, own_share * robot.pair_distances[static_cast<Eigen::Index>(i)]);
+    const double kept = robot.kept_distance(static_cast<int>(i), distance, own_share);
     pairs_.push_back({link, other, static_cast<float>(kept - FILTER_ROUNDING)});
   }
 }
