@@ -16,7 +16,7 @@ from humanoid_rail.model.library import load_robot
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import Box, Capsule, Sphere
 from humanoid_rail.scene.scene import Scene
-from humanoid_rail.scene.targets import Step
+from humanoid_rail.scene.targets import Target
 
 REPORTS = 30.0
 """Obstacles are moved this often, 1/s, as a hand in a browser or a camera would."""
@@ -88,7 +88,7 @@ def follow_for(robot: Robot, what: str, seconds: float, random: np.random.Genera
     return Following(what, seconds, follower.cycle_times, moved, reached, unproven, touching, looked)
 
 
-def _targets(robot: Robot, random: np.random.Generator) -> Step:
+def _targets(robot: Robot, random: np.random.Generator) -> dict[str, Target]:
     return {hand: triple(random.uniform(LOW, HIGH)) for hand in robot.hand_names}
 
 

@@ -33,5 +33,5 @@ def aisle() -> Scene:
                     for y in np.linspace(bay + 0.07, bay + 0.93, 8):
                         size = rng.uniform([0.16, 0.06, 0.12], [0.26, 0.11, 0.42]).round(3)
                         obstacles.append(Box(center=(x + row, y, z + 0.02 + size[2] / 2), size=tuple(size)))
-    steps: list[Step] = [{"left": left, "right": right} for left, right in zip(PICKS[::2], PICKS[1::2], strict=True)]
+    steps = [Step(left=left, right=right) for left, right in zip(PICKS[::2], PICKS[1::2], strict=True)]
     return Scene(name="aisle", targets=tuple(steps), obstacles=tuple(obstacles))

@@ -43,7 +43,7 @@ class Chase:
         Raises:
             InvalidInput: If the robot touches something where it stands, or has no limits of acceleration.
         """
-        scene = world.scene.model_copy(update={"targets": dict(world.scene.steps[0])})
+        scene = world.scene.model_copy(update={"targets": world.scene.steps[0]})
         limits = [0.0 if isinstance(obstacle, HalfSpace) else speed for obstacle in scene.obstacles]
         self.follower = Follower(
             world.robot,
@@ -55,7 +55,7 @@ class Chase:
         )
         self.places = [placement(obstacle) for obstacle in scene.obstacles]
         self._radii = [radius(obstacle) for obstacle in scene.obstacles]
-        self._targets, self._speed = scene.targets, speed
+        self._targets, self._speed = scene.steps[0], speed
         self._route: Trajectory | None = None
         self._along = self._waited = 0.0
         self.follower.start()
@@ -79,8 +79,7 @@ class Chase:
         """Follow a motion from its beginning, or the targets."""
         self._route, self._along, self._waited = route, 0.0, 0.0
         if route is None:
-            assert isinstance(self._targets, dict)
-            self.follower.set_targets(self._targets)
+            self.follower.set_targets(dict(self._targets))
 
     def tick(self, world: World, dt: float) -> FollowerState:
         """Tell the follower what has changed in the world, after a time in s, and return where the robot is."""
@@ -92,10 +91,10 @@ class Chase:
                 self.places[i] = nearer(there, wanted, self._radii[i], SHARE * self._speed * min(dt, LATENCY))
                 angles = pin.rpy.matrixToRpy(self.places[i].rotation)
                 self.follower.move_obstacle(i, self.places[i].translation, angles)
-        if (targets := dict(world.scene.steps[0])) != self._targets:
+        if (targets := world.scene.steps[0]) != self._targets:
             self._targets = targets
             if self._route is None:
-                self.follower.set_targets(targets)
+                self.follower.set_targets(dict(targets))
         state = self.follower.state
         if self._route is not None:
             self._follow_route(world, state, dt)

@@ -37,8 +37,8 @@ class World:
 
     def with_target(self, step: int, hand: str, target: Target) -> World:
         """Return the world with another target."""
-        steps = [dict(other) for other in self.scene.steps]
-        steps[step][hand] = target
+        steps = list(self.scene.steps)
+        steps[step] = steps[step].with_targets({**steps[step], hand: target})
         targets = tuple(steps) if isinstance(self.scene.targets, tuple) else steps[0]
         return replace(self, scene=self.scene.model_copy(update={"targets": targets}))
 

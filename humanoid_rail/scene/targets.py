@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Annotated, Self
+from collections.abc import ItemsView, Iterator, KeysView, Mapping, Sequence, ValuesView
+from typing import TYPE_CHECKING, Annotated, Self
 
 import numpy as np
 import pinocchio as pin
-from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
 
 from humanoid_rail._arrays import Array
 from humanoid_rail._validation import Angles, Frozen, Vector, plain
@@ -52,15 +52,81 @@ Target = Annotated[
 ]
 """A point, a pose, or None for a hand that may stay wherever is convenient."""
 
-Step = dict[str, Target]
-"""What the hands have to reach at the same time, by their names."""
 
-Targets = Annotated[
-    Annotated[Step, Tag("<once>")]
-    | Annotated[tuple[Step, ...], Field(min_length=1), BeforeValidator(plain), Tag("<one after the other>")],
-    Discriminator(_kind_of_targets),
-]
-"""One step, or several that follow each other."""
+class Step(Frozen):
+    """What the hands have to reach at the same time: a target for each, by the names of the hands.
+
+    It is read like a mapping of the hands' names to their targets.
+    """
+
+    model_config = ConfigDict(extra="allow")
+    __pydantic_extra__: dict[str, Target]
+
+    stop: bool = True
+    """Whether the motion rests at these targets. If not, it passes them and goes on to the next ones; those of the last
+    step it always rests at."""
+
+    @property
+    def hands(self) -> Mapping[str, Target]:
+        """The targets by the names of the hands."""
+        return self.__pydantic_extra__
+
+    @model_validator(mode="before")
+    @classmethod
+    def _know_every_key(cls, data: object) -> object:
+        """Take any key: those that are no fields are names of hands, which the robot knows."""
+        return data
+
+    def __eq__(self, other: object) -> bool:
+        if isinstance(other, Mapping):
+            return self == Step(**other)
+        return super().__eq__(other)
+
+    def __hash__(self) -> int:
+        return hash(tuple(self.items()))
+
+    def __iter__(self) -> Iterator[str]:  # type: ignore[override]
+        return iter(self.hands)
+
+    def __getitem__(self, hand: str) -> Target:
+        return self.hands[hand]
+
+    def __contains__(self, hand: object) -> bool:
+        return hand in self.hands
+
+    def __len__(self) -> int:
+        return len(self.hands)
+
+    def get(self, hand: str) -> Target:
+        """Return the target of a hand; None also for a hand that has none."""
+        return self.hands.get(hand)
+
+    def keys(self) -> KeysView[str]:
+        """Return the names of the hands."""
+        return self.hands.keys()
+
+    def values(self) -> ValuesView[Target]:
+        """Return the targets."""
+        return self.hands.values()
+
+    def items(self) -> ItemsView[str, Target]:
+        """Return the names of the hands with their targets."""
+        return self.hands.items()
+
+    def with_targets(self, hands: Mapping[str, Target]) -> Step:
+        """Return the same step with other targets, by the names of the hands."""
+        return Step(**{**{name: getattr(self, name) for name in type(self).model_fields}, **hands})
+
+
+if TYPE_CHECKING:
+    Targets = Step | Mapping[str, Target] | Sequence[Step | Mapping[str, Target]]
+else:
+    Targets = Annotated[
+        Annotated[Step, Tag("<once>")]
+        | Annotated[tuple[Step, ...], Field(min_length=1), BeforeValidator(plain), Tag("<one after the other>")],
+        Discriminator(_kind_of_targets),
+    ]
+    """One step, or several that follow each other."""
 
 
 def position(target: Vector | Pose) -> Vector:
@@ -88,7 +154,7 @@ def is_oriented(target: Target) -> bool:
     return isinstance(target, Pose) and (target.approach is not None or target.rpy is not None)
 
 
-def numbers_there(steps: Sequence[Mapping[str, Target | None]], step: int, hand: str) -> str:
+def numbers_there(steps: Sequence[Step], step: int, hand: str) -> str:
     """Return the numbers from 1 of all steps in which a hand has its target where it has it in one, such as `2, 3`.
 
     Args:

@@ -168,7 +168,7 @@ def test_another_scene_and_another_robot_can_be_given(
     assert Ran(capfd, "verify", folder, "--robot", robot_file).code == 1
     between = {"type": "sphere", "center": [-1.0, 0.0, 3.0], "radius": 1.0}
     scene_file = tmp_path / "scene.json"
-    scene_file.write_text(json.dumps({"name": "full", "targets": scene.targets, "obstacles": [between]}))
+    scene_file.write_text(json.dumps({"name": "full", "targets": dict(scene.targets), "obstacles": [between]}))
     ran = Ran(capfd, "verify", folder, "--scene", scene_file)
     assert (ran.code, ran.out.split()[0]) == (1, "full")
     scene_file.write_text(json.dumps({"name": "x", "targets": {"left": [0, 0, 3]}}))

@@ -79,10 +79,10 @@ def test_robot_and_scene_are_checked(robot: Robot, scene: Scene, plan: Plan) -> 
     for arguments in ((scene, robot), (robot, "scenes/paper.yaml"), (None, scene)):
         with pytest.raises(InvalidInput, match=r"robot|scene"):
             plan(*arguments)  # type: ignore[arg-type]
-    changed = Scene(name="changed", targets={"left": (0, 0, 3), "right": (0, 1, 3)})
-    changed.targets["left"] = (float("nan"), 0.0, 0.0)
     with pytest.raises(InvalidInput, match=r"targets\.left"):
-        plan(robot, changed)
+        Scene(name="changed", targets={"left": (float("nan"), 0.0, 0.0), "right": (0, 1, 3)})
+    with pytest.raises(TypeError):
+        scene.targets["left"] = (0.0, 0.0, 0.0)  # type: ignore[index]
 
 
 def test_targets_already_reached(robot: Robot, plan: Plan) -> None:
