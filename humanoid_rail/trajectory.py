@@ -12,6 +12,7 @@ from humanoid_rail._arrays import Array
 from humanoid_rail.collision.certificate import Certificate
 from humanoid_rail.diagnosis import Diagnosis
 from humanoid_rail.errors import MISSING, InvalidInput
+from humanoid_rail.events import Event
 from humanoid_rail.kinematics.joint_limits import Violation
 from humanoid_rail.kinematics.path_metric import PathQuality
 from humanoid_rail.model.robot import Robot
@@ -66,6 +67,11 @@ class Trajectory:
     def timing(self) -> Timing | None:
         """The timing of an optimised or retimed motion; None for one that is linear in q between samples."""
         return self.motion.timing
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """What happens to objects along it, in order: grasps, releases and what may touch meanwhile."""
+        return self.motion.events
 
     @property
     def hands(self) -> Array:
