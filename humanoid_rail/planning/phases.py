@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 
 import numpy as np
@@ -13,6 +13,7 @@ from humanoid_rail.collision.certificate import Certificate, combined
 from humanoid_rail.collision.certifier import certify
 from humanoid_rail.events import Event, EventKind
 from humanoid_rail.kinematics.state import Course
+from humanoid_rail.model.pairs import UncheckedPair
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.holding import (
     Contacts,
@@ -85,11 +86,31 @@ def certify_motion(robot: Robot, scene: Scene, motion: Motion, max_checks: int |
         motion: The motion, with what happens along it.
         max_checks: How many distances may be measured in each phase.
     """
-    parts = list[Certificate]()
-    for phase in phases_of(robot, scene, motion):
+    phases, parts = phases_of(robot, scene, motion), list[Certificate]()
+    for phase in phases:
         t, q, velocity = part_of(motion, phase.begin, phase.end)
         parts.append(certify(phase.robot, phase.obstacles, t, q, velocity, max_checks=max_checks))
-    return combined(parts)
+    whole = combined(parts)
+    return whole if len(phases) == 1 else replace(whole, unchecked_pairs=_unchecked(phases, parts))
+
+
+def _unchecked(phases: Sequence[Phase], parts: Sequence[Certificate]) -> tuple[UncheckedPair, ...]:
+    """Return the pairs that were left out in some phases, with when that was if it was not in all of them."""
+    when: dict[UncheckedPair, list[tuple[float, float]]] = {}
+    for phase, part in zip(phases, parts, strict=True):
+        for pair in part.unchecked_pairs:
+            times = when.setdefault(pair, [])
+            if times and times[-1][1] == phase.begin:
+                times[-1] = (times[-1][0], phase.end)
+            else:
+                times.append((phase.begin, phase.end))
+    return tuple(_said(pair, times, (phases[0].begin, phases[-1].end)) for pair, times in when.items())
+
+
+def _said(pair: UncheckedPair, times: Sequence[tuple[float, float]], whole: tuple[float, float]) -> UncheckedPair:
+    if list(times) == [whole]:
+        return pair
+    return replace(pair, why=f"{pair.why}, {' and '.join(f'{a:.4g} to {b:.4g} s' for a, b in times)}")
 
 
 def part_of(motion: Motion, begin: float, end: float) -> tuple[Array, Array, Array | None]:
