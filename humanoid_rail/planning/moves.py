@@ -39,6 +39,8 @@ class Move:
     """What the hands have to reach."""
     straight: tuple[str, ...] = ()
     """The hands that move straight to their targets."""
+    turned: tuple[str, ...] = ()
+    """Those of them that keep their orientation meanwhile, whatever their targets ask for."""
     begins: tuple[Happening, ...] = ()
     """What happens before it."""
     ends: tuple[Happening, ...] = ()
@@ -79,20 +81,26 @@ def _moves_of_step(
     after = {**{name: hands for name, hands in held.items() if name not in releases}, **grasps}
     left = {**{happening.object: happening.hands for happening in coming}, **releases, **grasps}
     moves = list[Move]()
-    before = {hand: _before(target) for hand, target in step.items()}
-    straight = tuple(hand for hand, target in step.items() if _is_straight(target))
-    if any(before[hand] not in (None, target) for hand, target in step.items()):
-        moves.append(
-            Move(number, step.with_targets(before), (), (), tuple(clearing), False, ", to where the approach begins")
-        )
+    before = {name: _before(target) for name, target in step.items()}
+    if any(before[name] not in (None, target) for name, target in step.items()):
+        said = ", to where the approach begins"
+        moves.append(Move(number, step.with_targets(before), ends=tuple(clearing), arrives=False, said=said))
         clearing = []
-    reached = step.with_targets({hand: _end(target) for hand, target in step.items()})
-    moves.append(Move(number, reached, straight, tuple(coming), (*clearing, *doing)))
-    away = {hand: _after(target) for hand, target in step.items()}
-    if any(target is not None for target in away.values()):
-        cleared = [Happening(EventKind.CLEAR, name, hands) for name, hands in left.items()]
-        hands = tuple(hand for hand, target in away.items() if target is not None)
-        moves.append(Move(number, step.with_targets(away), hands, (), tuple(cleared), False, ", the retreat"))
+    moves.append(
+        Move(
+            number,
+            step.with_targets({name: _end(target) for name, target in step.items()}),
+            straight=tuple(name for name, target in step.items() if _is_straight(target)),
+            turned=tuple(name for name, target in step.items() if isinstance(target, Line)),
+            begins=tuple(coming),
+            ends=(*clearing, *doing),
+        )
+    )
+    away = {name: target for name, end in step.items() if (target := _after(end)) is not None}
+    if away:
+        cleared = tuple(Happening(EventKind.CLEAR, name, hands) for name, hands in left.items())
+        there = step.with_targets({name: away.get(name) for name in step})
+        moves.append(Move(number, there, tuple(away), ends=cleared, arrives=False, said=", the retreat"))
         left = {}
     return moves, after, left
 

@@ -14,7 +14,9 @@ from humanoid_rail.events import Event
 from humanoid_rail.kinematics.joint_limits import JointMotion
 from humanoid_rail.kinematics.path_metric import PathQuality, path_quality
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.planning.kept import kept_tasks
 from humanoid_rail.planning.moves import Move
+from humanoid_rail.planning.object_tasks import hands_in, object_tasks
 from humanoid_rail.planning.options import Planned, PlanningMethod
 from humanoid_rail.planning.stage import Stage, after_happenings
 from humanoid_rail.planning.target_tasks import tasks_of
@@ -96,11 +98,14 @@ def move_problem(robot: Robot, scene: Scene, move: Move, stage: Stage, start: Ar
     The objects of the scene are links of its robot.
     """
     whole, obstacles = stage.robot(robot, scene)
-    hands = whole.with_hands([name for name in robot.hand_names if move.targets.get(name) is not None])
     if begun > 0 and not at_rest(obstacles):
         obstacles = tuple(moved(obstacle, begun) for obstacle in obstacles)
     there = scene if obstacles is scene.obstacles else scene.model_copy(update={"obstacles": obstacles})
-    return Problem(hands, there, tasks_of(hands, move.targets), start)
+    kept = kept_tasks(robot, move, stage.holding, np.asarray(start, float))
+    aimed = whole.with_hands([name for name in robot.hand_names if move.targets.get(name) is not None])
+    tasks = (*tasks_of(aimed, move.targets), *object_tasks(whole, move.targets, stage.holding))
+    hands = whole.with_hands([*aimed.hand_names, *(hand for task in (*tasks, *kept) for hand in hands_in(task))])
+    return Problem(hands, there, tasks, start, kept)
 
 
 def _for_its_hands(method: PlanningMethod, robot: Robot, problem: Problem) -> PlanningMethod:

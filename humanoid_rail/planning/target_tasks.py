@@ -21,12 +21,12 @@ def tasks_of(robot: Robot, step: Step) -> tuple[Task, ...]:
     different axes give its orientation. So what moves points also turns hands, and all errors are in m.
     """
     points: list[Task] = [
-        PointTask(name, position(target)) for name in robot.hand_names if (target := step[name]) is not None
+        PointTask(name, position(target)) for name in robot.hand_names if (target := step.get(name)) is not None
     ]
     turned = [
         PointTask(hand.name, at, offset)
         for hand in robot.hands
-        if isinstance(target := step[hand.name], Pose)
+        if isinstance(target := step.get(hand.name), Pose)
         for offset, at in _further_points(hand, target, orientation_lever(robot, hand.name))
     ]
     return (*points, *turned)

@@ -12,7 +12,7 @@ from humanoid_rail.errors import InvalidInput, did_you_mean
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import HalfSpace, Obstacle, is_moving
 from humanoid_rail.scene.shapes import placed_shapes
-from humanoid_rail.scene.targets import Line, Pose, Step, Straight
+from humanoid_rail.scene.targets import Line, Pose, Step, Straight, pointing_direction
 
 Pieces = tuple[tuple[coal.CollisionGeometry, ...], tuple[pin.SE3, ...]]
 """The convex pieces of an object, and where each is in its frame."""
@@ -87,8 +87,39 @@ def check_holding(
     for number, step in enumerate(steps):
         where = f"targets[{number}]" if len(steps) > 1 else "targets"
         _check_contacts(where, step, names, others)
+        _check_targets(where, robot, step, names, held)
         held = _after_release(where, robot, step, names, held)
         held = _after_grasp(where, robot, step, names, held)
+
+
+def held_targets(steps: Sequence[Step], number: int) -> dict[str, tuple[str, ...]]:
+    """Return the hands of each held object that a step has a target for, of steps whose grasps were checked."""
+    held: dict[str, tuple[str, ...]] = {}
+    for step in steps[:number]:
+        held = {name: hands for name, hands in held.items() if name not in step.release.values()}
+        for hand, name in step.grasp.items():
+            held[name] = (*held.get(name, ()), hand)
+    return {name: hands for name, hands in held.items() if name in steps[number]}
+
+
+def _check_targets(
+    where: str, robot: Robot, step: Step, names: Sequence[str], held: Mapping[str, tuple[str, ...]]
+) -> None:
+    """Check the targets of objects: they have to be held, and their hands have no targets of their own."""
+    for name, target in step.items():
+        if name not in names or target is None:
+            continue
+        if name not in held:
+            raise InvalidInput(
+                f"{where}.{name}", target, "a target for an object that a hand holds; no hand holds it then"
+            )
+        if isinstance(target, Pose) and pointing_direction(target) is not None:
+            valid = "the orientation of an object as rpy: an object points nowhere"
+            raise InvalidInput(f"{where}.{name}.approach", pointing_direction(target), valid)
+        for hand in held[name]:
+            if step.get(hand) is not None:
+                valid = f"no target: the hand holds {name}, which has one"
+                raise InvalidInput(f"{where}.{hand}", step[hand], valid)
 
 
 def _what(robot: Robot, name: str) -> str:

@@ -20,7 +20,7 @@ from humanoid_rail.errors import MISSING, InvalidInput, did_you_mean
 from humanoid_rail.model.position_limits import within_position_limits
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.model.robot_file import Start
-from humanoid_rail.scene.objects import check_holding, check_objects
+from humanoid_rail.scene.objects import check_holding, check_objects, held_targets
 from humanoid_rail.scene.obstacles import Obstacle
 from humanoid_rail.scene.robot_of_scene import SceneRobot, load_named_robot
 from humanoid_rail.scene.targets import Step, Targets, position
@@ -168,18 +168,21 @@ def check_scene(robot: Robot, scene: Scene) -> None:
     Raises:
         InvalidInput: If it is not.
     """
+    known = (*robot.hand_names, *(str(one.name) for one in scene.objects))
     for number, step in enumerate(scene.steps):
         where = field_of_step(scene, number)
         for hand, target in step.items():
-            if hand not in robot.hand_names:
+            if hand not in known:
                 valid = f"a target for {_list(robot.hand_names)}, the hands of the robot"
-                valid += did_you_mean(hand, robot.hand_names)
+                valid += ", or for an object of the scene" if scene.objects else ""
+                valid += did_you_mean(hand, known)
                 raise InvalidInput(f"{where}.{hand}", target, valid)
             point = (0.0, 0.0, 0.0) if target is None else position(target)
             if len(point) != 3 or not all(math.isfinite(x) for x in point):
                 raise InvalidInput(f"{where}.{hand}", target, "three finite numbers")
+        holding = {hand for hands in held_targets(scene.steps, number).values() for hand in hands}
         for hand in robot.hand_names:
-            if hand not in step:
+            if hand not in step and hand not in holding:
                 valid = f"a target [x, y, z] for each of {_list(robot.hand_names)}, null for a hand that has none"
                 raise InvalidInput(f"{where}.{hand}", MISSING, valid)
         if all(target is None for target in step.values()):
