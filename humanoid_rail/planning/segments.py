@@ -14,6 +14,7 @@ from humanoid_rail.events import Event
 from humanoid_rail.kinematics.joint_limits import JointMotion
 from humanoid_rail.kinematics.path_metric import PathQuality, path_quality
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.planning.kept import Kept
 from humanoid_rail.planning.moves import Move
 from humanoid_rail.planning.options import Planned, PlanningMethod
 from humanoid_rail.planning.stage import Stage, after_happenings
@@ -49,6 +50,8 @@ class Segments:
     timed: tuple[TimedMotion, ...] | None = None
     """The segments with timings that a drive can follow; None unless each one has such a timing."""
     optimisation: Optimisation | None = None
+    kept: tuple[Kept, ...] = ()
+    """What holds along the segments."""
     unreached: Unreached | None = None
     """The segment at which planning ended; None if all targets are reached, or time was up before it."""
     events: tuple[Event, ...] = ()
@@ -80,7 +83,8 @@ def plan_segments(
             stage = after_happenings(stage, robot, scene, move, move.begins, begun, start)
         problem = first if number == 0 else move_problem(robot, scene, move, stage, start, begun)
         spent = time.perf_counter() - started
-        planned.append(_for_its_hands(method, robot, problem).plan(problem, number, spent, begun))
+        found = _for_its_hands(method, robot, problem).plan(problem, number, spent, begun)
+        planned.append(replace(found, constraints=tuple(problem.constraints)))
         motion = planned[-1].motion
         start, begun = motion.q[-1], begun + float(motion.t[-1])
         if motion.status is not Status.REACHED:
@@ -134,6 +138,11 @@ def joined(robot: Robot, planned: Sequence[Planned], moves: Sequence[Move] = ())
         arrivals=_arrivals(motions, ends, moves),
         timed=_timed(planned),
         optimisation=_joined_optimisation(planned),
+        kept=tuple(
+            Kept(segment.constraints, begin, end)
+            for segment, begin, end in zip(planned, [0.0, *ends[:-1]], ends, strict=True)
+            if segment.constraints
+        ),
     )
 
 
