@@ -68,7 +68,7 @@ def deviations(
         return ()
     errors, motion = _errors(robot, tasks), _Motion(robot, t, q, velocity)
     rows = np.cumsum([0, *(task.rows for task in tasks)]).tolist()
-    kept = [_Kept(robot, task, motion.bounds, a, b) for task, a, b in zip(tasks, rows, rows[1:], strict=True)]
+    kept = [_Kept(robot, task, motion.bounds, a, b) for task, a, b in zip(tasks, rows[:-1], rows[1:], strict=True)]
     there = errors(q)
     found = np.array([one.size(there).max() for one in kept])
     proven = [(-np.inf, float(t[0]))] * len(tasks)

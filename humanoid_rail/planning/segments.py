@@ -14,6 +14,7 @@ from humanoid_rail.events import Event
 from humanoid_rail.kinematics.joint_limits import JointMotion
 from humanoid_rail.kinematics.path_metric import PathQuality, path_quality
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.planning.keeping import constraints_of
 from humanoid_rail.planning.kept import Kept
 from humanoid_rail.planning.moves import Move
 from humanoid_rail.planning.options import Planned, PlanningMethod
@@ -22,6 +23,7 @@ from humanoid_rail.planning.target_tasks import tasks_of
 from humanoid_rail.problem import Problem
 from humanoid_rail.resolution.integrate import Integration
 from humanoid_rail.result import Optimisation, Search, Status
+from humanoid_rail.scene.keep import kept_hands
 from humanoid_rail.scene.obstacles import at_rest, moved
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.timing.timed_motion import TimedMotion
@@ -100,11 +102,14 @@ def move_problem(robot: Robot, scene: Scene, move: Move, stage: Stage, start: Ar
     The objects of the scene are links of its robot.
     """
     whole, obstacles = stage.robot(robot, scene)
-    hands = whole.with_hands([name for name in robot.hand_names if move.targets.get(name) is not None])
+    keep = move.targets.keep
+    named = {*(name for name, target in move.targets.items() if target is not None), *kept_hands(keep)}
+    hands = whole.with_hands([name for name in robot.hand_names if name in named])
     if begun > 0 and not at_rest(obstacles):
         obstacles = tuple(moved(obstacle, begun) for obstacle in obstacles)
     there = scene if obstacles is scene.obstacles else scene.model_copy(update={"obstacles": obstacles})
-    return Problem(hands, there, tasks_of(hands, move.targets), start)
+    constraints = constraints_of(hands, keep, np.asarray(start, float))
+    return Problem(hands, there, tasks_of(hands, move.targets), start, constraints)
 
 
 def _for_its_hands(method: PlanningMethod, robot: Robot, problem: Problem) -> PlanningMethod:
@@ -112,7 +117,10 @@ def _for_its_hands(method: PlanningMethod, robot: Robot, problem: Problem) -> Pl
     gain = np.ravel(np.asarray(method.gains.gain, float))
     if gain.size == 1 or problem.robot is robot:
         return method
-    rows = [3 * robot.hand_names.index(name) + axis for name in problem.robot.hand_names for axis in range(3)]
+    names = [
+        name for name in problem.robot.hand_names if any(getattr(task, "hand", "") == name for task in problem.tasks)
+    ]
+    rows = [3 * robot.hand_names.index(name) + axis for name in names for axis in range(3)]
     return replace(method, gain=tuple(gain[rows]))  # type: ignore[type-var]
 
 
