@@ -8,6 +8,7 @@ from .io.export import export
 from .io.plan_folder import Plan, read_plan, write_plan
 from .io.trajectory_files import read_trajectory, write_trajectory
 from .kinematics.joint_limits import Violation
+from .kinematics.kept_tasks import AxisTask, DistanceTask, LineTask, OrientationTask
 from .kinematics.kinematics import Kinematics
 from .kinematics.native_kinematics import NativeKinematics
 from .kinematics.state import State
@@ -36,6 +37,7 @@ from .viewer.notebook import Page, view
 __version__: str
 __all__ = [
     "Auto",
+    "AxisTask",
     "BlockingPair",
     "Box",
     "Capsule",
@@ -45,6 +47,7 @@ __all__ = [
     "CycleTimes",
     "Diagnosis",
     "DirectionTask",
+    "DistanceTask",
     "EngineMissing",
     "Follower",
     "FollowerState",
@@ -56,12 +59,14 @@ __all__ = [
     "HumanoidRailError",
     "InvalidInput",
     "Kinematics",
+    "LineTask",
     "Mesh",
     "Miss",
     "Motion",
     "NativeKinematics",
     "NearPair",
     "Optimisation",
+    "OrientationTask",
     "Page",
     "Peak",
     "Plan",

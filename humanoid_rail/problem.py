@@ -11,7 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from humanoid_rail._arrays import Array, FrozenArrays, checked_array, frozen
-from humanoid_rail.errors import check_kind
+from humanoid_rail.errors import InvalidInput, check_kind
+from humanoid_rail.kinematics.deviation import name_of
+from humanoid_rail.kinematics.deviation_bounds import KEPT_TASKS
+from humanoid_rail.kinematics.kinematics import Kinematics
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.task import Task
 from humanoid_rail.kinematics.task_stack import check_tasks
@@ -19,6 +22,9 @@ from humanoid_rail.model.position_limits import within_position_limits
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import Obstacle
 from humanoid_rail.scene.scene import Scene
+
+HOLDS = 1e-6
+"""A constraint holds at a start where the norm of its error is at most this, m."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +34,8 @@ class Problem(FrozenArrays):
     The targets of the scene do not count here: :func:`humanoid_rail.plan` makes tasks of them.
 
     Raises:
-        InvalidInput: If a part is of the wrong kind, or the start is not n finite numbers within the joint limits.
+        InvalidInput: If a part is of the wrong kind, the start is not n finite numbers within the joint limits, or a
+            constraint does not hold there.
     """
 
     robot: Robot
@@ -41,6 +48,9 @@ class Problem(FrozenArrays):
     """Configuration (n,) where the motion starts, m and rad. Kept as a read-only array; what is beyond a position limit
     by rounding, 1e-9 of the joint's range, is put onto it."""
 
+    constraints: Sequence[Task] = ()
+    """What holds at all times along the motion, from the start on: tasks of this package. Kept as a tuple."""
+
     def __post_init__(self) -> None:
         check_kind("robot", self.robot, Robot)
         check_kind("scene", self.scene, Scene)
@@ -50,6 +60,24 @@ class Problem(FrozenArrays):
         valid = f"{robot.n} finite numbers, for {', '.join(robot.joint_names)}"
         start = checked_array("start", self.start, (robot.n,), valid)
         object.__setattr__(self, "start", frozen(within_position_limits(robot, start, "start")))
+        self._check_constraints()
+
+    def _check_constraints(self) -> None:
+        """Check that constraints are some whose deviation can be bounded, and that they hold at the start."""
+        check_tasks(self.constraints, self.robot, "constraints", least=0)
+        object.__setattr__(self, "constraints", tuple(self.constraints))
+        state = Kinematics(self.robot).state(self.q) if self.constraints else None
+        for i, task in enumerate(self.constraints):
+            if type(task) not in KEPT_TASKS:
+                valid = (
+                    f"one of {', '.join(kind.__name__ for kind in KEPT_TASKS)}: of others no deviation can be proven"
+                )
+                raise InvalidInput(f"constraints[{i}]", task, valid)
+            assert state is not None
+            left = float(np.linalg.norm(task.error(state)))
+            if left > HOLDS:
+                valid = f"one that holds at the start to {HOLDS:g} m: {name_of(task)} is {left:.3g} m off there"
+                raise InvalidInput(f"constraints[{i}]", task, valid)
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what is pickled: all but what the native engine has made of it."""

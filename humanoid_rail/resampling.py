@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from humanoid_rail._arrays import Array, frozen
 from humanoid_rail.errors import InvalidInput, checked_number
+from humanoid_rail.kinematics.cubic import hermite
 from humanoid_rail.result import MAX_SAMPLES, Motion, Timing
 
 SAME_TIME = 1e-6
@@ -34,11 +35,8 @@ def evaluate(motion: Motion, t: Array) -> tuple[Array, Array, Array]:
     if motion.timing is None:
         q, velocity, acceleration = first + u * step, step / h, np.zeros_like(step)
     else:
-        # Hermite's cubic, written as deviations: where nothing moves not even rounding does.
-        a, b = h * motion.timing.velocity[i], h * motion.timing.velocity[i + 1]
-        q = first + u * (a + u * (3.0 * step - 2.0 * a - b + u * (a + b - 2.0 * step)))
-        velocity = (a + u * (6.0 * step - 4.0 * a - 2.0 * b + u * (3.0 * (a + b) - 6.0 * step))) / h
-        acceleration = (6.0 * step - 4.0 * a - 2.0 * b + u * (6.0 * (a + b) - 12.0 * step)) / h**2
+        ends = motion.timing.velocity[i], motion.timing.velocity[i + 1]
+        q, velocity, acceleration = hermite(first, last, *ends, h, u)
     positions: Array = np.where(u == 1.0, last, q)
     return positions, velocity, acceleration
 

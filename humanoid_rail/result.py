@@ -41,7 +41,7 @@ class Status(StrEnum):
     PLANNING_TIMEOUT = "planning_timeout"
     """Planning was cut off by `max_planning_time`."""
     UNCERTIFIED = "uncertified"
-    """The hands reach their targets, but the motion could not be proven free of contact."""
+    """The hands reach their targets, but the motion could not be proven free of contact, or leaves a constraint."""
 
 
 class Method(Protocol):
@@ -70,6 +70,16 @@ class Method(Protocol):
     @property
     def kept_distance(self) -> float | None:
         """The safety distance that the method keeps, m; None for a method that keeps none."""
+        ...
+
+    @property
+    def max_deviation(self) -> float:
+        """How far its motion may leave constraints of distances and places, m."""
+        ...
+
+    @property
+    def max_tilt(self) -> float:
+        """How far its motion may leave constraints of directions and orientations, rad."""
         ...
 
     def options(self) -> dict[str, Any]:

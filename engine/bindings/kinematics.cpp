@@ -82,7 +82,19 @@ void bind_kinematics(nb::module_& module) {
             check_configuration("q", q, self.constant().robot().n());
             return self.with([&](InverseKinematics& solver) { return solver.evaluate(q, tasks); });
           },
-          "q"_a, "tasks"_a);
+          "q"_a, "tasks"_a)
+      .def(
+          "errors",
+          [](Guard& self, const Eigen::Ref<const Rows>& q, const TaskStack& tasks) {
+            check_size("q", q.cols(), self.constant().robot().n());
+            check_finite("q", q);
+            return self.with([&](InverseKinematics& solver) {
+              Rows errors(q.rows(), tasks.rows());
+              for (Eigen::Index i = 0; i < q.rows(); ++i) errors.row(i) = solver.errors(q.row(i).transpose(), tasks);
+              return errors;
+            });
+          },
+          "q"_a, "tasks"_a, "The errors of the tasks at each configuration.");
 }
 
 }  // namespace humanoid_rail

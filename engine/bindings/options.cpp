@@ -27,17 +27,30 @@ void bind_safety(nb::module_& module) {
           "__init__",
           [](Safety* self, double distance, double gain, double horizon, double margin_share, double least_margin,
              double limit_gain, double task_weight, double least_rate, double fastest, double precision,
-             std::vector<double> shares, std::optional<nb::callable> equality) {
+             std::vector<double> shares, std::optional<nb::callable> equality,
+             std::shared_ptr<const TaskStack> constraints) {
             if (!(distance >= 0.0) || !(gain > 0.0)) throw std::invalid_argument("a distance and a gain are positive");
-            new (self) Safety{distance,    gain,       horizon, margin_share, least_margin,      limit_gain,
-                              task_weight, least_rate, fastest, precision,    std::move(shares), {}};
+            new (self) Safety{distance,
+                              gain,
+                              horizon,
+                              margin_share,
+                              least_margin,
+                              limit_gain,
+                              task_weight,
+                              least_rate,
+                              fastest,
+                              precision,
+                              std::move(shares),
+                              {},
+                              std::move(constraints)};
             if (!equality) return;
             self->equality = [callback = Callback("an equality", std::move(*equality))](const Vector& q, double t) {
               return callback.call<std::pair<Matrix, Vector>>(q, t);
             };
           },
           nb::kw_only(), "distance"_a, "gain"_a, "horizon"_a, "margin_share"_a, "least_margin"_a, "limit_gain"_a,
-          "task_weight"_a, "least_rate"_a, "fastest"_a, "precision"_a, "shares"_a, "equality"_a = nb::none());
+          "task_weight"_a, "least_rate"_a, "fastest"_a, "precision"_a, "shares"_a, "equality"_a = nb::none(),
+          "constraints"_a = nb::none());
 }
 
 void bind_settings(nb::module_& module) {

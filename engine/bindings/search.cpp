@@ -35,8 +35,16 @@ void bind_search(nb::module_& module) {
           "a"_a, "b"_a);
   using Guard = Guarded<Sampler>;
   nb::class_<Guard>(module, "Sampler", "Paths by sampling: RRT-Connect, shortcuts, and the proof of what they find.")
-      .def(nb::init<RobotPointer, const Obstacles&, double, double, const Vector&>(), "robot"_a, "obstacles"_a,
-           "distance"_a, "own_share"_a, "units"_a)
+      .def(nb::init<RobotPointer, const Obstacles&, double, double, const Vector&, std::shared_ptr<const TaskStack>>(),
+           "robot"_a, "obstacles"_a, "distance"_a, "own_share"_a, "units"_a, "constraints"_a = nb::none())
+      .def(
+          "walk",
+          [](Guard& self, const Eigen::Ref<const Vector>& from, const Eigen::Ref<const Vector>& to) {
+            check_configuration("from", from, self.constant().robot().n());
+            check_configuration("to", to, self.constant().robot().n());
+            return plain(self.with([&](Sampler& sampler) { return sampler.walk(from, to); }));
+          },
+          "from"_a, "to"_a)
       .def(
           "connect",
           [](Guard& self, const Eigen::Ref<const Vector>& start, const Eigen::Ref<const Rows>& goals,

@@ -12,7 +12,17 @@ void bind_tasks(nb::module_& module) {
   nb::class_<DirectionTask, Task>(module, "DirectionTask", "A hand that has to point in a direction.")
       .def(nb::init<int, const Point&, const Point&, double>(), "hand"_a, "pointing"_a, "direction"_a, "lever"_a);
   nb::class_<RelativeTask, Task>(module, "RelativeTask", "Two hands that have to be in a relation.")
-      .def(nb::init<int, int, const Point&>(), "first"_a, "second"_a, "difference"_a);
+      .def(nb::init<int, int, const Point&, bool>(), "first"_a, "second"_a, "difference"_a, "in_first"_a = false);
+  nb::class_<DistanceTask, Task>(module, "DistanceTask", "Two hands that have to be at a distance.")
+      .def(nb::init<int, int, double>(), "first"_a, "second"_a, "distance"_a);
+  using Across = LineTask::Across;
+  nb::class_<LineTask, Task>(module, "LineTask", "A point of a hand that has to be on a line.")
+      .def(nb::init<int, const Point&, const Point&, const Across&>(), "hand"_a, "offset"_a, "point"_a, "across"_a);
+  nb::class_<AxisTask, Task>(module, "AxisTask", "An axis of a hand that has to lie along a direction.")
+      .def(nb::init<int, const Point&, const Point&, const Across&, double>(), "hand"_a, "axis"_a, "direction"_a,
+           "across"_a, "lever"_a);
+  nb::class_<OrientationTask, Task>(module, "OrientationTask", "A hand that has to be turned in one way.")
+      .def(nb::init<int, const Eigen::Matrix3d&, int, double>(), "hand"_a, "rotation"_a, "reference"_a, "lever"_a);
   nb::class_<ConfigurationTask, Task>(module, "ConfigurationTask", "Joints that have to be at positions.")
       .def(nb::init<std::vector<int>, Vector>(), "joints"_a, "target"_a);
   nb::class_<FunctionTask, Task>(module, "FunctionTask", "A task that is computed in Python.")

@@ -96,6 +96,11 @@ std::pair<Vector, Matrix> InverseKinematics::evaluate(const Eigen::Ref<const Vec
   return {error_, jacobian_};
 }
 
+const Vector& InverseKinematics::errors(const Eigen::Ref<const Vector>& q, const TaskStack& tasks) {
+  tasks.error(scene_.move_hands_to(q), 0.0, error_);
+  return error_;
+}
+
 void InverseKinematics::keep_all_apart(double distance, Posture& here, double& left) {
   for (const Nearest& pair : scene_.pieces(seen_)) keep_apart(pair, distance, SPARE, here, left);
   for (const Nearest& pair : seen_.links) {

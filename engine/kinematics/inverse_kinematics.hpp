@@ -35,6 +35,8 @@ class InverseKinematics {
                               const TaskStack& tasks, double distance);
   // The errors of the tasks at a configuration (n), and their Jacobian.
   [[nodiscard]] std::pair<Vector, Matrix> evaluate(const Eigen::Ref<const Vector>& q, const TaskStack& tasks);
+  // The errors alone.
+  [[nodiscard]] const Vector& errors(const Eigen::Ref<const Vector>& q, const TaskStack& tasks);
   [[nodiscard]] const Robot& robot() const { return scene_.robot(); }
 
  private:

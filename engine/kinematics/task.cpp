@@ -1,5 +1,6 @@
 #include "task.hpp"
 
+#include <algorithm>
 #include <stdexcept>
 
 #include <Eigen/Geometry>
@@ -7,6 +8,9 @@
 namespace humanoid_rail {
 
 namespace {
+
+// An axis is opposite to its direction if the cosine of their angle is less than this above -1.
+constexpr double OPPOSITE = 1e-12;
 
 // Subtracts [arm]x J_w from J: what a point on an arm of a hand adds to the hand's own motion.
 void add_arm(const Eigen::Vector3d& arm, const Matrix& angular, double factor, Eigen::Ref<Matrix> J) {
@@ -37,11 +41,78 @@ void DirectionTask::jacobian(const Kinematics& at, double, Eigen::Ref<Matrix> J)
 }
 
 void RelativeTask::error(const Kinematics& at, double, Eigen::Ref<Vector> e) const {
-  e = at.hand(second_) - at.hand(first_) - difference_;
+  const Eigen::Vector3d apart = at.hand(second_) - at.hand(first_);
+  e = (in_first_ ? Eigen::Vector3d(at.hand_rotation(first_).transpose() * apart) : apart) - difference_;
 }
 
 void RelativeTask::jacobian(const Kinematics& at, double, Eigen::Ref<Matrix> J) const {
   J = at.jacobian().middleRows<3>(3 * second_) - at.jacobian().middleRows<3>(3 * first_);
+  if (!in_first_) return;
+  // R^T (x_dot - w x x), and -w x x = [x]x w.
+  add_arm(at.hand(second_) - at.hand(first_), at.angular_jacobian(first_), -1.0, J);
+  const Eigen::Matrix3d back = at.hand_rotation(first_).transpose();
+  for (Eigen::Index i = 0; i < J.cols(); ++i) J.col(i) = (back * Eigen::Vector3d(J.col(i))).eval();
+}
+
+void DistanceTask::error(const Kinematics& at, double, Eigen::Ref<Vector> e) const {
+  e[0] = (at.hand(second_) - at.hand(first_)).norm() - distance_;
+}
+
+void DistanceTask::jacobian(const Kinematics& at, double, Eigen::Ref<Matrix> J) const {
+  const Eigen::Vector3d along = (at.hand(second_) - at.hand(first_)).stableNormalized();
+  J = along.transpose() * (at.jacobian().middleRows<3>(3 * second_) - at.jacobian().middleRows<3>(3 * first_));
+}
+
+void LineTask::error(const Kinematics& at, double, Eigen::Ref<Vector> e) const {
+  e = across_.transpose() * (at.hand(hand_) + at.hand_rotation(hand_) * offset_ - point_);
+}
+
+void LineTask::jacobian(const Kinematics& at, double, Eigen::Ref<Matrix> J) const {
+  Matrix whole = at.jacobian().middleRows<3>(3 * hand_);
+  if (!offset_.isZero(0.0)) add_arm(at.hand_rotation(hand_) * offset_, at.angular_jacobian(hand_), 1.0, whole);
+  J = across_.transpose() * whole;
+}
+
+void AxisTask::error(const Kinematics& at, double, Eigen::Ref<Vector> e) const {
+  const Eigen::Vector3d axis = at.hand_rotation(hand_) * axis_;
+  e = 2.0 * lever_ / std::max(1.0 + direction_.dot(axis), OPPOSITE) * (across_.transpose() * axis);
+}
+
+void AxisTask::jacobian(const Kinematics& at, double, Eigen::Ref<Matrix> J) const {
+  const Eigen::Vector3d axis = at.hand_rotation(hand_) * axis_;
+  const double sum = std::max(1.0 + direction_.dot(axis), OPPOSITE);
+  Matrix turned = Matrix::Zero(3, J.cols());
+  add_arm(axis, at.angular_jacobian(hand_), 1.0, turned);
+  const Eigen::Matrix<double, 2, 3> rows =
+      2.0 * lever_ / sum * (across_.transpose() - across_.transpose() * axis * direction_.transpose() / sum);
+  J = rows * turned;
+}
+
+Eigen::Quaterniond OrientationTask::left(const Kinematics& at) const {
+  Eigen::Matrix3d turned = at.hand_rotation(hand_);
+  if (reference_ >= 0) turned = (at.hand_rotation(reference_).transpose() * turned).eval();
+  Eigen::Quaterniond turn(turned * rotation_.transpose());
+  if (turn.w() < 0.0) turn.coeffs() = -turn.coeffs();
+  return turn;
+}
+
+void OrientationTask::error(const Kinematics& at, double, Eigen::Ref<Vector> e) const {
+  e = 2.0 * lever_ * left(at).vec();
+}
+
+// With the angular velocity w of the turn, 2 v_dot = w_0 w - v x w.
+void OrientationTask::jacobian(const Kinematics& at, double, Eigen::Ref<Matrix> J) const {
+  const Eigen::Quaterniond turn = left(at);
+  Matrix angular = at.angular_jacobian(hand_);
+  Eigen::Matrix3d back = Eigen::Matrix3d::Identity();
+  if (reference_ >= 0) {
+    angular -= at.angular_jacobian(reference_);
+    back = at.hand_rotation(reference_).transpose();
+  }
+  for (Eigen::Index i = 0; i < J.cols(); ++i) {
+    const Eigen::Vector3d w = back * angular.col(i);
+    J.col(i) = lever_ * (turn.w() * w - turn.vec().cross(w));
+  }
 }
 
 void ConfigurationTask::error(const Kinematics& at, double, Eigen::Ref<Vector> e) const {

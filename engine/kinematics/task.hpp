@@ -54,11 +54,12 @@ class DirectionTask : public Task {
   double lever_;
 };
 
-// Two hands that have to be in a relation: e = p_second - p_first - difference.
+// Two hands that have to be in a relation: e = p_second - p_first - difference, or R_first^T (p_second - p_first) -
+// difference where the difference is in the first hand's frame.
 class RelativeTask : public Task {
  public:
-  RelativeTask(int first, int second, const Eigen::Vector3d& difference)
-      : first_(first), second_(second), difference_(difference) {}
+  RelativeTask(int first, int second, const Eigen::Vector3d& difference, bool in_first)
+      : first_(first), second_(second), difference_(difference), in_first_(in_first) {}
   [[nodiscard]] Eigen::Index rows() const override { return 3; }
   void error(const Kinematics& at, double t, Eigen::Ref<Vector> e) const override;
   void jacobian(const Kinematics& at, double t, Eigen::Ref<Matrix> J) const override;
@@ -66,6 +67,75 @@ class RelativeTask : public Task {
  private:
   int first_, second_;
   Eigen::Vector3d difference_;
+  bool in_first_;
+};
+
+// Two hands that have to be at a distance: e = |p_second - p_first| - distance.
+class DistanceTask : public Task {
+ public:
+  DistanceTask(int first, int second, double distance) : first_(first), second_(second), distance_(distance) {}
+  [[nodiscard]] Eigen::Index rows() const override { return 1; }
+  void error(const Kinematics& at, double t, Eigen::Ref<Vector> e) const override;
+  void jacobian(const Kinematics& at, double t, Eigen::Ref<Matrix> J) const override;
+
+ private:
+  int first_, second_;
+  double distance_;
+};
+
+// A point of a hand that has to be on a line: e = B^T (p + R offset - point), with a basis B (3, 2) of what is across.
+class LineTask : public Task {
+ public:
+  using Across = Eigen::Matrix<double, 3, 2>;
+
+  LineTask(int hand, const Eigen::Vector3d& offset, const Eigen::Vector3d& point, const Across& across)
+      : hand_(hand), offset_(offset), point_(point), across_(across) {}
+  [[nodiscard]] Eigen::Index rows() const override { return 2; }
+  void error(const Kinematics& at, double t, Eigen::Ref<Vector> e) const override;
+  void jacobian(const Kinematics& at, double t, Eigen::Ref<Matrix> J) const override;
+
+ private:
+  int hand_;
+  Eigen::Vector3d offset_, point_;
+  Across across_;
+};
+
+// An axis of a hand that has to lie along a direction d: e = 2 lever B^T R axis / (1 + d . R axis), with a basis B (3,
+// 2) of what is across d. Its norm is 2 lever tan(angle / 2).
+class AxisTask : public Task {
+ public:
+  using Across = LineTask::Across;
+
+  AxisTask(int hand, const Eigen::Vector3d& axis, const Eigen::Vector3d& direction, const Across& across, double lever)
+      : hand_(hand), axis_(axis), direction_(direction), across_(across), lever_(lever) {}
+  [[nodiscard]] Eigen::Index rows() const override { return 2; }
+  void error(const Kinematics& at, double t, Eigen::Ref<Vector> e) const override;
+  void jacobian(const Kinematics& at, double t, Eigen::Ref<Matrix> J) const override;
+
+ private:
+  int hand_;
+  Eigen::Vector3d axis_, direction_;
+  Across across_;
+  double lever_;
+};
+
+// A hand that has to be turned in one way in the base frame or, if that is no -1, in the frame of another hand: e = 2
+// lever v, with the quaternion (w >= 0, v) of the turn that is left. Its norm is 2 lever sin(angle / 2).
+class OrientationTask : public Task {
+ public:
+  OrientationTask(int hand, const Eigen::Matrix3d& rotation, int reference, double lever)
+      : hand_(hand), rotation_(rotation), reference_(reference), lever_(lever) {}
+  [[nodiscard]] Eigen::Index rows() const override { return 3; }
+  void error(const Kinematics& at, double t, Eigen::Ref<Vector> e) const override;
+  void jacobian(const Kinematics& at, double t, Eigen::Ref<Matrix> J) const override;
+
+ private:
+  [[nodiscard]] Eigen::Quaterniond left(const Kinematics& at) const;
+
+  int hand_;
+  Eigen::Matrix3d rotation_;
+  int reference_;
+  double lever_;
 };
 
 // Joints that have to be at positions: e = q_i - target_i.

@@ -4,12 +4,16 @@
 #include <cmath>
 #include <stdexcept>
 
+#include <Eigen/QR>
+
 namespace humanoid_rail {
 
 namespace {
 
 // Room is made for this many rows at first.
 constexpr Eigen::Index LIKELY_ROWS = 256;
+// Rows of what is kept that come this near to following from others do so.
+constexpr double DEPENDENT_ROW = 1e-6;
 
 }  // namespace
 
@@ -98,18 +102,32 @@ void SafeVelocity::slow_down_reference() {
 }
 
 void SafeVelocity::set_equalities(const Observation& at, const Safety& safety) {
-  if (!safety.equality) {
-    CE_.resize(0, reference_.size());
-    ce_.resize(0);
-    return;
+  CE_.resize(0, reference_.size());
+  ce_.resize(0);
+  if (safety.equality) {
+    const auto [A, b] = safety.equality(at.q, at.t);
+    if (A.cols() != reference_.size() || A.rows() != b.size() || A.rows() > A.cols() || !A.allFinite() ||
+        !b.allFinite()) {
+      throw std::invalid_argument("equalities need finite, independent rows A (k, n) and sides b (k)");
+    }
+    CE_ = A;
+    ce_ = -b;
   }
-  const auto [A, b] = safety.equality(at.q, at.t);
-  if (A.cols() != reference_.size() || A.rows() != b.size() || A.rows() > A.cols() || !A.allFinite() ||
-      !b.allFinite()) {
-    throw std::invalid_argument("equalities need finite, independent rows A (k, n) and sides b (k)");
-  }
-  CE_ = A;
-  ce_ = -b;
+  if (safety.constraints) add_kept_rows(at, *safety.constraints);
+}
+
+// Adds independent rows of length 1 that span those of what is kept.
+void SafeVelocity::add_kept_rows(const Observation& at, const TaskStack& kept) {
+  kept.evaluate(scene.move_to(at.q), at.t, kept_error_, kept_rows_);
+  Eigen::ColPivHouseholderQR<Matrix> qr;
+  qr.setThreshold(DEPENDENT_ROW);
+  qr.compute(kept_rows_.transpose());
+  const Eigen::Index rank = qr.rank(), before = ce_.size();
+  const Matrix basis = qr.householderQ() * Matrix::Identity(reference_.size(), rank);
+  CE_.conservativeResize(before + rank, reference_.size());
+  CE_.bottomRows(rank) = basis.transpose();
+  ce_.conservativeResize(before + rank);
+  ce_.tail(rank).setZero();
 }
 
 bool SafeVelocity::keeps_equalities(const Vector& velocity, double share, double precision) const {

@@ -28,6 +28,8 @@ struct Safety {
   // Independent rows A (k, n) of length 1 and sides b (k) of A q_dot = b at a configuration (n) and a time in s. May be
   // empty.
   std::function<std::pair<Matrix, Vector>(const Vector& q, double t)> equality;
+  // What holds and goes on to: its rows are equalities with sides 0. May be none.
+  std::shared_ptr<const TaskStack> constraints;
 
   // The gain where a velocity is held for so long, s.
   [[nodiscard]] double gain_for(double dt) const { return std::min(gain, 1.0 / dt); }
@@ -94,6 +96,7 @@ class SafeVelocity {
   [[nodiscard]] double part(const Eigen::Ref<const Vector>& row, double side, double share) const;
   void slow_down_reference();
   void set_equalities(const Observation& at, const Safety& safety);
+  void add_kept_rows(const Observation& at, const TaskStack& kept);
   void add_row(const Nearest& pair, double target, const Safety& safety, double dt);
   [[nodiscard]] double make_row(const Nearest& pair, double target, const Safety& safety, double dt);
   void make_room();
@@ -116,7 +119,8 @@ class SafeVelocity {
   eiquadprog::solvers::EiquadprogFast solver_;
   Eigen::Index program_rows_ = -1, program_equalities_ = -1;
   Matrix hessian_, CI_, CE_;
-  Vector linear_, ci_, ce_, solution_;
+  Vector linear_, ci_, ce_, solution_, kept_error_;
+  Matrix kept_rows_;
 };
 
 }  // namespace humanoid_rail

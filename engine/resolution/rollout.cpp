@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <memory>
 
 #include <boost/math/tools/toms748_solve.hpp>
 
+#include "../kinematics/inverse_kinematics.hpp"
 #include "step_judge.hpp"
 
 namespace humanoid_rail {
@@ -33,6 +35,9 @@ class Rollout {
         settings_(settings),
         obstacles_(method.scene.obstacles()),
         judge_(method.scene.kinematics().robot_pointer(), obstacles_, safety.distance),
+        projection_(safety.constraints
+                        ? std::make_unique<InverseKinematics>(method.scene.kinematics().robot_pointer(), Obstacles())
+                        : nullptr),
         moving_(obstacles_.move()),
         q_(start),
         next_(start.size()) {
@@ -89,7 +94,7 @@ class Rollout {
     for (int halving = 0; halving <= HALVINGS + 1; ++halving) {
       const double share = halving <= HALVINGS ? std::ldexp(1.0, -halving) : 0.0;
       if (!method_.keeps_equalities(velocity, share)) continue;
-      set_next(share * duration * velocity);
+      if (!set_next(share * duration * velocity)) continue;
       if (!moving_ && next_ == q_) return -1.0;
       look(next_, t_ + duration, there_);
       const Step step = judge_.judge(here_, there_);
@@ -97,14 +102,23 @@ class Rollout {
       if (step == Step::free && free_share < 0.0) free_share = share;
     }
     if (!moving_ || free_share < 0.0) return -1.0;
-    set_next(free_share * duration * velocity);
+    if (!set_next(free_share * duration * velocity)) return -1.0;
     look(next_, t_ + duration, there_);
     return free_share;
   }
 
-  void set_next(const Vector& change) {
+  // Sets where a change leads, brought back onto what is kept. False if it cannot be.
+  bool set_next(const Vector& change) {
     const Limits& limits = method_.scene.robot().limits;
     next_ = (q_ + change).cwiseMin(limits.upper).cwiseMax(limits.lower);
+    return project(next_);
+  }
+
+  bool project(Vector& q) {
+    if (!safety_.constraints) return true;
+    Posture found = projection_->solve(q, *safety_.constraints, -INFINITE);
+    q = std::move(found.q);
+    return found.reached;
   }
 
   // What fast obstacles do in a step may take a closer look to tell.
@@ -135,7 +149,9 @@ class Rollout {
     share = std::max(share, SHORTEST);
     motion_.left = excess(share) + settings_.tolerance;
     t_ += share * duration;
-    motion_.sample(t_, q_ + share * (next_ - q_));
+    at = q_ + share * (next_ - q_);
+    project(at);
+    motion_.sample(t_, at);
   }
 
   std::optional<Status> advance() {
@@ -182,6 +198,7 @@ class Rollout {
   const Settings& settings_;
   const Obstacles& obstacles_;
   StepJudge judge_;
+  std::unique_ptr<InverseKinematics> projection_;  // None where nothing is kept.
   bool moving_;
   std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
   Place here_, there_;

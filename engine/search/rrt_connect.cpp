@@ -53,14 +53,14 @@ class Tree {
   std::vector<int> parents_;
 };
 
-// Grows a tree from one of its points straight towards another, by one edge. Returns the new point's number, or -1.
-int extend(Tree& tree, int from, const Vector& to, double longest, const EdgeTest& is_free, bool& arrived) {
+// Grows a tree from one of its points towards another. Returns the new point's number, or -1.
+int extend(Tree& tree, int from, const Vector& to, double longest, const Steer& steer, bool& arrived) {
   const Vector here = tree.point(from);
-  const double distance = (to - here).norm();
-  arrived = distance <= longest;
-  const Vector there = arrived ? to : Vector(here + longest / distance * (to - here));
-  if (distance <= SAME) return from;
-  return is_free(here, there) ? tree.add(there, from) : -1;
+  arrived = (to - here).norm() <= SAME;
+  if (arrived) return from;
+  const auto reached = steer(here, to, longest, arrived);
+  for (const Vector& point : reached) from = tree.add(point, from);
+  return reached.empty() ? -1 : from;
 }
 
 Rows joined(std::vector<Vector> from_start, const std::vector<Vector>& to_goal) {
@@ -80,8 +80,17 @@ Vector somewhere(const SearchBox& box, Random& random) {
 
 }  // namespace
 
+Steer straight(const EdgeTest& is_free) {
+  return [is_free](const Vector& from, const Vector& to, double longest, bool& arrived) {
+    const double distance = (to - from).norm();
+    arrived = distance <= longest;
+    const Vector there = arrived ? to : Vector(from + longest / distance * (to - from));
+    return is_free(from, there) ? std::vector<Vector>{there} : std::vector<Vector>{};
+  };
+}
+
 Growth rrt_connect(const Vector& start, const Rows& goals, const SearchBox& box, double longest, Random& random,
-                   const EdgeTest& is_free, const std::function<bool()>& is_over) {
+                   const Steer& steer, const std::function<bool()>& is_over) {
   Tree from_start(start.size()), from_goals(start.size());
   from_start.add(start, -1);
   for (Eigen::Index i = 0; i < goals.rows(); ++i) from_goals.add(goals.row(i).transpose(), -1);
@@ -90,12 +99,12 @@ Growth rrt_connect(const Vector& start, const Rows& goals, const SearchBox& box,
   while (!is_over() && !found.path) {
     bool arrived = false;
     const Vector sample = somewhere(box, random);
-    const int there = extend(*growing, growing->nearest(sample), sample, longest, is_free, arrived);
+    const int there = extend(*growing, growing->nearest(sample), sample, longest, steer, arrived);
     if (there >= 0) {
       const Vector meeting = growing->point(there);
       int last = other->nearest(meeting);
       arrived = false;
-      while (!arrived && last >= 0 && !is_over()) last = extend(*other, last, meeting, longest, is_free, arrived);
+      while (!arrived && last >= 0 && !is_over()) last = extend(*other, last, meeting, longest, steer, arrived);
       if (arrived && last >= 0) {
         const bool forwards = growing == &from_start;
         const auto [to_goal, goal] = from_goals.to_root(forwards ? last : there);

@@ -1,6 +1,8 @@
 #include "sampler.hpp"
 
 #include <chrono>
+#include <limits>
+#include <stdexcept>
 
 #include "../interruption.hpp"
 #include "shortcuts.hpp"
@@ -15,6 +17,8 @@ constexpr long REPAIR_CHECKS = 60;
 constexpr double REPAIR_MARGIN = 0.5;
 // ... by edges of this share of it.
 constexpr double REPAIR_STEP = 0.5;
+// So many steps on constraints count as the check of one edge.
+constexpr int STEPS_A_CHECK = 8;
 // The clock is looked at once in so many edges.
 constexpr long CLOCK = 32;
 
@@ -45,9 +49,20 @@ class Sampler::Count {
   bool late_ = false;
 };
 
-Sampler::Sampler(std::shared_ptr<const Robot> robot, const Obstacles& obstacles, double distance, double own_share,
-                 const Vector& units)
-    : filter_(robot, obstacles, distance, own_share), checker_(robot, obstacles, distance, own_share), units_(units) {}
+Sampler::Sampler(const std::shared_ptr<const Robot>& robot, const Obstacles& obstacles, double distance,
+                 double own_share, const Vector& units, std::shared_ptr<const TaskStack> constraints)
+    : filter_(robot, obstacles, distance, own_share),
+      checker_(robot, obstacles, distance, own_share),
+      units_(units),
+      manifold_(constraints ? std::make_unique<Manifold>(robot, std::move(constraints), units) : nullptr) {}
+
+// An edge that seems to be free; on constraints edges are steps, of which several count as one.
+EdgeTest Sampler::filter(Count& count) {
+  return [&, steps = 0](const Vector& a, const Vector& b) mutable {
+    if (!manifold_ || steps++ % STEPS_A_CHECK == 0) count.add();
+    return filter_.is_edge_free(configuration(a), configuration(b));
+  };
+}
 
 // Scaling there and back may lead over a limit, by rounding.
 Vector Sampler::configuration(const Vector& point) const {
@@ -74,15 +89,16 @@ Sampled Sampler::connect(const Vector& start, const Rows& goals, const SearchBox
                          std::uint64_t seed, const SearchEffort& effort) {
   Count count(effort);
   Random random(seed);
-  const auto is_free = [&](const Vector& a, const Vector& b) {
-    count.add();
-    return filter_.is_edge_free(configuration(a), configuration(b));
-  };
+  const EdgeTest is_free = filter(count);
+  const Steer steer =
+      !manifold_ ? straight(is_free) : [&](const Vector& from, const Vector& to, double most, bool& arrived) {
+        return manifold_->walk(from, to, most, arrived, is_free);
+      };
   const Rows valid = valid_goals(goals);
   if (valid.rows() == 0) return {};
   const SearchBox scaled{box.lower.cwiseQuotient(units_), box.upper.cwiseQuotient(units_)};
   Growth growth = rrt_connect(start.cwiseQuotient(units_), valid * units_.cwiseInverse().asDiagonal(), scaled, longest,
-                              random, is_free, [&] { return count.is_over(); });
+                              random, steer, [&] { return count.is_over(); });
   Sampled found;
   if (growth.path) {
     found.path = configurations(*growth.path);
@@ -97,12 +113,7 @@ Sampled Sampler::connect(const Vector& start, const Rows& goals, const SearchBox
 Sampled Sampler::shorten(const Rows& path, double shorter_than, std::uint64_t seed, const SearchEffort& effort) {
   Count count(effort);
   Random random(seed);
-  const auto is_free = [&](const Vector& a, const Vector& b) {
-    count.add();
-    return filter_.is_edge_free(configuration(a), configuration(b));
-  };
-  const Rows points =
-      shortened(path * units_.cwiseInverse().asDiagonal(), random, is_free, [&] { return count.is_over(); });
+  const Rows points = shortened(path * units_.cwiseInverse().asDiagonal(), random, count);
   Sampled found;
   found.checks = count.checks();
   const auto edges = points.bottomRows(points.rows() - 1) - points.topRows(points.rows() - 1);
@@ -111,6 +122,34 @@ Sampled Sampler::shorten(const Rows& path, double shorter_than, std::uint64_t se
   shorter.topRows(1) = path.topRows(1);
   shorter.bottomRows(1) = path.bottomRows(1);
   found.path = proven(shorter, random, count);
+  found.checks = count.checks();
+  return found;
+}
+
+Rows Sampler::shortened(const Rows& points, Random& random, Count& count) {
+  const EdgeTest is_free = filter(count);
+  const auto is_over = [&] { return count.is_over(); };
+  return manifold_ ? manifold_->shortened(points, random, is_free, is_over)
+                   : humanoid_rail::shortened(points, random, is_free, is_over);
+}
+
+Sampled Sampler::walk(const Vector& from, const Vector& to) {
+  if (!manifold_) throw std::invalid_argument("there are no constraints to walk on");
+  Count count({std::numeric_limits<long>::max(), INFINITE});
+  Random random(0);
+  bool arrived = false;
+  const auto points =
+      manifold_->walk(from.cwiseQuotient(units_), to.cwiseQuotient(units_), INFINITE, arrived, filter(count));
+  Sampled found;
+  if (arrived) {
+    Rows path(static_cast<Eigen::Index>(points.size()) + 1, from.size());
+    for (Eigen::Index i = 1; i < path.rows(); ++i) {
+      path.row(i) = configuration(points[static_cast<std::size_t>(i - 1)]).transpose();
+    }
+    path.topRows(1) = from.transpose();
+    path.bottomRows(1) = to.transpose();
+    found.path = proven(path, random, count);
+  }
   found.checks = count.checks();
   return found;
 }
@@ -125,7 +164,7 @@ std::optional<Rows> Sampler::proven(const Rows& path, Random& random, Count& cou
       points.push_back(b);
       continue;
     }
-    const auto detour = around(a, b, random, count);
+    const auto detour = manifold_ ? std::nullopt : around(a, b, random, count);
     if (!detour) return std::nullopt;
     for (Eigen::Index k = 1; k < detour->rows(); ++k) points.emplace_back(detour->row(k).transpose());
   }
@@ -148,7 +187,7 @@ std::optional<Rows> Sampler::around(const Vector& a, const Vector& b, Random& ra
     count.add();
     return checker_.is_edge_valid(configuration(one), configuration(two));
   };
-  Growth growth = rrt_connect(from, to.transpose(), box, REPAIR_STEP * length, random, is_valid,
+  Growth growth = rrt_connect(from, to.transpose(), box, REPAIR_STEP * length, random, straight(is_valid),
                               [&] { return count.checks() >= last; });
   if (!growth.path) return std::nullopt;
   Rows q = configurations(*growth.path);

@@ -1,8 +1,11 @@
 // Paths between configurations by sampling: found and shortened with the filter of edges, and then proven.
 #pragma once
 
+#include <memory>
+
 #include "../collision/edge_checker.hpp"
 #include "edge_filter.hpp"
+#include "manifold.hpp"
 #include "rrt_connect.hpp"
 
 namespace humanoid_rail {
@@ -23,9 +26,10 @@ struct Sampled {
 // A robot among obstacles where they are at t = 0. Holds its workspace. Not to be shared between threads.
 class Sampler {
  public:
-  // The distances are those of an EdgeChecker. `units` (n) are those in which coordinates are measured.
-  Sampler(std::shared_ptr<const Robot> robot, const Obstacles& obstacles, double distance, double own_share,
-          const Vector& units);
+  // The distances are those of an EdgeChecker. `units` (n) are those in which coordinates are measured. Where there are
+  // constraints, paths are polylines between configurations in which these hold.
+  Sampler(const std::shared_ptr<const Robot>& robot, const Obstacles& obstacles, double distance, double own_share,
+          const Vector& units, std::shared_ptr<const TaskStack> constraints = nullptr);
 
   // Looks for a path from a configuration (n) to one of some goals (K, n) within a box. It is not proven. Goals that do
   // not keep their distance are left out.
@@ -34,10 +38,15 @@ class Sampler {
   // Shortens a path (K, n) and proves it; none if it cannot be proven, or if at a speed of 1 for each coordinate it
   // takes no less than `shorter_than`.
   [[nodiscard]] Sampled shorten(const Rows& path, double shorter_than, std::uint64_t seed, const SearchEffort& effort);
+  // Returns the way (K, n) that steps on the constraints take straight from a configuration (n) to another, proven;
+  // none if there is none.
+  [[nodiscard]] Sampled walk(const Vector& from, const Vector& to);
   [[nodiscard]] const Robot& robot() const { return filter_.robot(); }
 
  private:
   class Count;
+  [[nodiscard]] EdgeTest filter(Count& count);
+  [[nodiscard]] Rows shortened(const Rows& points, Random& random, Count& count);
   [[nodiscard]] Vector configuration(const Vector& point) const;
   [[nodiscard]] Rows valid_goals(const Rows& goals);
   [[nodiscard]] Rows configurations(const Rows& points) const;
@@ -47,6 +56,7 @@ class Sampler {
   EdgeFilter filter_;
   EdgeChecker checker_;
   Vector units_;
+  std::unique_ptr<Manifold> manifold_;  // None without constraints.
 };
 
 }  // namespace humanoid_rail

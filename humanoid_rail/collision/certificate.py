@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
+from humanoid_rail.kinematics.deviation import Deviation
 from humanoid_rail.model.pairs import UncheckedPair
 
 
@@ -57,6 +58,9 @@ class Certificate:
 
     only_own_distances: bool = False
     """Whether there is nothing to touch but pairs of links that keep a distance of their own."""
+
+    deviations: tuple[Deviation, ...] = ()
+    """How far the motion leaves each constraint at the most, including between samples; empty where it keeps none."""
 
     @property
     def kept_bound(self) -> float | None:

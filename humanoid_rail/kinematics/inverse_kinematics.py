@@ -90,6 +90,11 @@ class InverseKinematics:
         error, jacobian = self._native.evaluate(q, self._stack_of(tasks))
         return error, jacobian
 
+    def errors(self, q: Array, tasks: Sequence[Task]) -> Array:
+        """Return the errors (N, r) of tasks at configurations (N, n), m and rad."""
+        errors: Array = self._native.errors(q, self._stack_of(tasks))
+        return errors
+
     def _stack_of(self, tasks: Sequence[Task]) -> object:
         # The same tasks are asked for again and again.
         stack = self._stack

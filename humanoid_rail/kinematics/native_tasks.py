@@ -9,6 +9,8 @@ import numpy as np
 
 from humanoid_rail._arrays import Array
 from humanoid_rail._native import engine
+from humanoid_rail.kinematics.hand_motion import unit
+from humanoid_rail.kinematics.kept_tasks import AxisTask, DistanceTask, LineTask, OrientationTask
 from humanoid_rail.kinematics.state import State
 from humanoid_rail.kinematics.task import ConfigurationTask, DirectionTask, PointTask, RelativeTask, Task
 from humanoid_rail.kinematics.task_stack import check_tasks, task_error, task_jacobian
@@ -17,7 +19,16 @@ from humanoid_rail.model.robot import Robot
 if TYPE_CHECKING:
     from humanoid_rail import _engine
 
-NATIVE_TASKS = (PointTask, DirectionTask, RelativeTask, ConfigurationTask)
+NATIVE_TASKS = (
+    PointTask,
+    DirectionTask,
+    RelativeTask,
+    ConfigurationTask,
+    LineTask,
+    DistanceTask,
+    AxisTask,
+    OrientationTask,
+)
 """The native engine has these tasks itself; a class derived from one is the user's own."""
 StateAt = Callable[[Array, float], State]
 """Returns the state at a configuration (n,) and a time in s, for tasks and objectives that are written in Python."""
@@ -47,11 +58,23 @@ def _native(robot: Robot, task: Task, number: int, state_at: StateAt) -> _engine
         case PointTask() if is_native:
             made = native.PointTask(robot.hand(task.hand), np.array(task.offset, float), np.array(task.target, float))
         case DirectionTask() if is_native:
-            unit = np.array(task.direction, float) / np.linalg.norm(task.direction)
-            made = native.DirectionTask(robot.hand(task.hand), task.axis(robot), unit, task.lever_of(robot))
+            towards = unit(task.direction)
+            made = native.DirectionTask(robot.hand(task.hand), task.axis(robot), towards, task.lever_of(robot))
         case RelativeTask() if is_native:
             first, second = robot.hand(task.first), robot.hand(task.second)
-            made = native.RelativeTask(first, second, np.array(task.difference, float))
+            made = native.RelativeTask(first, second, np.array(task.difference, float), task.in_first)
+        case DistanceTask() if is_native:
+            made = native.DistanceTask(robot.hand(task.first), robot.hand(task.second), task.distance)
+        case LineTask() if is_native:
+            offset, point = np.array(task.offset, float), np.array(task.point, float)
+            made = native.LineTask(robot.hand(task.hand), offset, point, task.across)
+        case AxisTask() if is_native:
+            axis, direction = unit(task.axis), unit(task.direction)
+            made = native.AxisTask(robot.hand(task.hand), axis, direction, task.across, task.lever_of(robot))
+        case OrientationTask() if is_native:
+            reference = -1 if task.reference is None else robot.hand(task.reference)
+            turned = np.array(task.rotation, float)
+            made = native.OrientationTask(robot.hand(task.hand), turned, reference, task.lever_of(robot))
         case ConfigurationTask() if is_native:
             made = native.ConfigurationTask(task.columns(robot), np.array(task.target, float))
         case _:

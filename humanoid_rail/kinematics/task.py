@@ -16,8 +16,9 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 import pinocchio as pin
 
-from humanoid_rail._arrays import FARTHEST, SHORTEST, Array, checked_array, triple
+from humanoid_rail._arrays import SHORTEST, Array, checked_array
 from humanoid_rail.errors import MISSING, InvalidInput, checked_number
+from humanoid_rail.kinematics.hand_motion import hand_drift, keep_vectors, rows_of, unit
 from humanoid_rail.kinematics.state import State
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.model.scale import PAPER_REACH
@@ -67,7 +68,7 @@ class PointTask:
     """Where the point is in the hand's frame, m; by default the hand's own point."""
 
     def __post_init__(self) -> None:
-        _keep_vectors(self, "target", "offset")
+        keep_vectors(self, "target", "offset")
 
     @property
     def rows(self) -> int:
@@ -82,7 +83,7 @@ class PointTask:
 
     def jacobian(self, state: State) -> Array:
         """Return de/dq (3, n): J_v - [R offset]x J_w."""
-        rows = _rows_of(state.robot.hand(self.hand))
+        rows = rows_of(state.robot.hand(self.hand))
         arm = state.rotations[rows.start // 3] @ np.array(self.offset)
         J: Array = state.jacobian[rows] - pin.skew(arm) @ state.angular_jacobian[rows]
         return J
@@ -114,7 +115,7 @@ class DirectionTask:
     share of what the hand's arm reaches."""
 
     def __post_init__(self) -> None:
-        _keep_vectors(self, "direction", *(["pointing"] if self.pointing is not None else []))
+        keep_vectors(self, "direction", *(["pointing"] if self.pointing is not None else []))
         for name in ("direction", "pointing"):
             if getattr(self, name) is not None and np.linalg.norm(getattr(self, name)) < SHORTEST:
                 raise InvalidInput(name, getattr(self, name), f"a vector that is at least {SHORTEST:g} long")
@@ -139,17 +140,17 @@ class DirectionTask:
         pointing = robot.hands[robot.hand(self.hand)].pointing if self.pointing is None else self.pointing
         if pointing is None:
             raise InvalidInput("pointing", MISSING, f"a direction in the frame of the hand {self.hand}, which has none")
-        return _unit(pointing)
+        return unit(pointing)
 
     def error(self, state: State) -> Array:
         """Return e (3,), m."""
         axis = state.rotations[state.robot.hand(self.hand)] @ self.axis(state.robot)
-        error: Array = self.lever_of(state.robot) * (axis - _unit(self.direction))
+        error: Array = self.lever_of(state.robot) * (axis - unit(self.direction))
         return error
 
     def jacobian(self, state: State) -> Array:
         """Return de/dq (3, n): -lever [R pointing]x J_w."""
-        rows = _rows_of(state.robot.hand(self.hand))
+        rows = rows_of(state.robot.hand(self.hand))
         axis = state.rotations[rows.start // 3] @ self.axis(state.robot)
         J: Array = -self.lever_of(state.robot) * pin.skew(axis) @ state.angular_jacobian[rows]
         return J
@@ -164,17 +165,24 @@ class DirectionTask:
 
 @dataclass(frozen=True)
 class RelativeTask:
-    """Two hands that have to be in a relation: e = p_second - p_first - difference, in the base frame, in m."""
+    """Two hands that have to be in a relation: e = p_second - p_first - difference, in m.
+
+    In the base frame, or in that of the first hand: e = R_first^T (p_second - p_first) - difference.
+    """
 
     first: str
     """Name of the one hand."""
     second: str
     """Name of the other."""
     difference: tuple[float, float, float]
-    """Where the second hand has to be from the first, in the base frame, m."""
+    """Where the second hand has to be from the first, m."""
+    in_first: bool = False
+    """Whether the difference is in the frame of the first hand; if not, in the base frame."""
 
     def __post_init__(self) -> None:
-        _keep_vectors(self, "difference")
+        keep_vectors(self, "difference")
+        if not isinstance(self.in_first, bool):
+            raise InvalidInput("in_first", self.in_first, "True or False")
 
     @property
     def rows(self) -> int:
@@ -184,20 +192,36 @@ class RelativeTask:
     def error(self, state: State) -> Array:
         """Return e (3,), m."""
         first, second = (state.robot.hand(name) for name in (self.first, self.second))
-        error: Array = state.hands[second] - state.hands[first] - np.array(self.difference)
+        error: Array = self._back(state) @ (state.hands[second] - state.hands[first]) - np.array(self.difference)
         return error
 
     def jacobian(self, state: State) -> Array:
-        """Return de/dq (3, n): J_second - J_first."""
-        first, second = (_rows_of(state.robot.hand(name)) for name in (self.first, self.second))
+        """Return de/dq (3, n): J_second - J_first, with R_first^T (... + [p_second - p_first]x J_w) in its frame."""
+        first, second = (rows_of(state.robot.hand(name)) for name in (self.first, self.second))
         J: Array = state.jacobian[second] - state.jacobian[first]
+        if self.in_first:
+            apart = state.hands[second.start // 3] - state.hands[first.start // 3]
+            J = self._back(state) @ (J + pin.skew(apart) @ state.angular_jacobian[first])
         return J
 
     def drift(self, state: State, velocity: Array) -> Array:
         """Return J_dot q_dot (3,), m/s^2."""
-        first, second = (hand_drift(state, name, velocity)[0] for name in (self.first, self.second))
-        drift: Array = second - first
+        first, second = (state.robot.hand(name) for name in (self.first, self.second))
+        (of_first, angular, spin), (of_second, _, _) = (
+            hand_drift(state, name, velocity) for name in (self.first, self.second)
+        )
+        drift: Array = of_second - of_first
+        if self.in_first:
+            apart = state.hands[second] - state.hands[first]
+            speed = (state.jacobian[rows_of(second)] - state.jacobian[rows_of(first)]) @ velocity
+            turning = np.cross(angular, apart) + 2.0 * np.cross(spin, speed) - np.cross(spin, np.cross(spin, apart))
+            drift = self._back(state) @ (drift - turning)
         return drift
+
+    def _back(self, state: State) -> Array:
+        """Return the rotation (3, 3) from the base frame to that of the difference."""
+        back: Array = state.rotations[state.robot.hand(self.first)].T if self.in_first else np.eye(3)
+        return back
 
 
 @dataclass(frozen=True)
@@ -247,47 +271,5 @@ class ConfigurationTask:
         return np.zeros(self.rows)
 
 
-def hand_drift(state: State, hand: str, velocity: Array) -> tuple[Array, Array, Array]:
-    """Return the linear and angular acceleration of a hand (3,) while q_dot is constant, and its angular velocity (3,).
-
-    In the base frame, m/s^2, rad/s^2 and rad/s.
-
-    Args:
-        state: The robot at q.
-        hand: Name of the hand.
-        velocity: q_dot (n,), m/s and rad/s.
-    """
-    robot = state.robot
-    model, data = robot.model, robot.model.createData()
-    pin.forwardKinematics(
-        model, data, robot.full_configuration(state.q), robot.coupling @ np.asarray(velocity), np.zeros(model.nv)
-    )
-    frame = model.getFrameId(robot.hands[robot.hand(hand)].frame)
-    aligned = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-    pin.updateFramePlacement(model, data, frame)
-    acceleration = pin.getFrameClassicalAcceleration(model, data, frame, aligned)
-    return acceleration.linear, acceleration.angular, pin.getFrameVelocity(model, data, frame, aligned).angular
-
-
-def _keep_vectors(task: Task, *names: str) -> None:
-    """Keep vectors of a task as tuples of three finite numbers.
-
-    Raises:
-        InvalidInput: If one is none.
-    """
-    for name in names:
-        object.__setattr__(task, name, triple(checked_array(name, getattr(task, name), (3,), most=FARTHEST)))
-
-
-def _rows_of(hand: int) -> slice:
-    """Return the rows of a hand in the Jacobians of a state."""
-    return slice(3 * hand, 3 * hand + 3)
-
-
 def _is_name(value: object) -> bool:
     return isinstance(value, str)
-
-
-def _unit(vector: Sequence[float]) -> Array:
-    unit: Array = np.array(vector, float) / np.linalg.norm(vector)
-    return unit

@@ -8,6 +8,7 @@ import numpy as np
 
 from humanoid_rail._arrays import Array, checked_array
 from humanoid_rail.errors import InvalidInput
+from humanoid_rail.kinematics.kept_tasks import AxisTask, DistanceTask, LineTask, OrientationTask
 from humanoid_rail.kinematics.state import State
 from humanoid_rail.kinematics.task import ConfigurationTask, DirectionTask, PointTask, RelativeTask, Task
 from humanoid_rail.model.robot import Robot
@@ -16,31 +17,39 @@ MOST_ROWS = 1000
 """A task has at most this many rows."""
 
 
-def check_tasks(tasks: Sequence[Task], robot: Robot) -> None:
+def check_tasks(tasks: Sequence[Task], robot: Robot, field: str = "tasks", least: int = 1) -> None:
     """Check that there are tasks, and that the robot has the hands and joints that they name.
+
+    Args:
+        tasks: The tasks.
+        robot: The robot.
+        field: What errors call them.
+        least: There have to be so many, 1 or 0.
 
     Raises:
         InvalidInput: If there is none, one of them is no task, or one names what the robot does not have.
     """
-    if isinstance(tasks, str) or not isinstance(tasks, Sequence) or not tasks:
-        raise InvalidInput("tasks", tasks, "a sequence of one task or more")
+    if isinstance(tasks, str) or not isinstance(tasks, Sequence) or len(tasks) < least:
+        raise InvalidInput(field, tasks, f"a sequence of {'one task or more' if least else 'tasks'}")
     for i, task in enumerate(tasks):
         if isinstance(task, type) or not isinstance(task, Task):
-            raise InvalidInput(f"tasks[{i}]", task, "a task, with rows, error, jacobian, drift")
+            raise InvalidInput(f"{field}[{i}]", task, "a task, with rows, error, jacobian, drift")
         rows: object = task.rows
         if isinstance(rows, bool) or not isinstance(rows, int | np.integer) or not 1 <= rows <= MOST_ROWS:
-            raise InvalidInput(f"tasks[{i}].rows", rows, f"a whole number from 1 to {MOST_ROWS}")
+            raise InvalidInput(f"{field}[{i}].rows", rows, f"a whole number from 1 to {MOST_ROWS}")
         try:
             _check_names(task, robot)
         except InvalidInput as error:
-            raise InvalidInput(f"tasks[{i}].{error.field}", error.value, error.valid) from None
+            raise InvalidInput(f"{field}[{i}].{error.field}", error.value, error.valid) from None
 
 
 def _check_names(task: Task, robot: Robot) -> None:
     match task:
-        case PointTask() | DirectionTask():
+        case PointTask() | DirectionTask() | LineTask() | AxisTask() | OrientationTask():
             robot.hand(task.hand)
-        case RelativeTask():
+            if isinstance(task, OrientationTask) and task.reference is not None:
+                robot.hand(task.reference)
+        case RelativeTask() | DistanceTask():
             robot.hand(task.first)
             robot.hand(task.second)
         case ConfigurationTask():

@@ -1,60 +1,100 @@
-"""What holds at all times along a move: straight paths of hands, and the grasp of two hands on one object."""
+"""What is kept on the segments of a motion, and how far the motion leaves it."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from humanoid_rail._arrays import Array, triple
-from humanoid_rail.kinematics.kept_tasks import AxisTask, LineTask, OrientationTask
-from humanoid_rail.kinematics.task import RelativeTask, Task
+from humanoid_rail._arrays import Array
+from humanoid_rail.collision.certifier import certify
+from humanoid_rail.kinematics.deviation import Deviation
+from humanoid_rail.kinematics.deviation_bounds import deviations
+from humanoid_rail.kinematics.task import Task
 from humanoid_rail.model.robot import Robot
-from humanoid_rail.planning.holding import Holding, hand_placement
-from humanoid_rail.planning.moves import Move
-from humanoid_rail.scene.targets import Pose, is_oriented, position
+from humanoid_rail.problem import Problem
+from humanoid_rail.search.kept_path import FINE, on_constraints
+from humanoid_rail.timing.time_optimal import limits_of
+from humanoid_rail.timing.timed_motion import TimedMotion, along_path, wanted_bound
+
+LONGEST_STEP = 0.01
+"""Samples of a motion that keeps constraints are at most this far apart, s."""
 
 
-def kept_tasks(robot: Robot, move: Move, holding: Holding, q: Array) -> tuple[Task, ...]:
-    """Return what holds along a move that begins at a configuration (n,).
+class KeptLimits(NamedTuple):
+    """How far a motion may leave its constraints."""
+
+    distance: float
+    """m"""
+    angle: float
+    """rad"""
+
+    def allow(self, deviation: Deviation) -> bool:
+        """Return whether a motion may leave a constraint so far."""
+        return deviation.bound <= (self.distance if deviation.unit == "m" else self.angle)
+
+    def exceeded(self, found: Sequence[Deviation]) -> str | None:
+        """Say which constraint is left too far, when and by how much; None if none is."""
+        beyond = [deviation for deviation in found if not self.allow(deviation)]
+        if not beyond:
+            return None
+        most = f"{1e3 * self.distance:g} mm" if beyond[0].unit == "m" else f"{np.rad2deg(self.angle):.3g} deg"
+        return f"{beyond[0]}, more than the {most} that are allowed"
+
+
+@dataclass(frozen=True, eq=False)
+class Kept:
+    """Constraints that hold on a part of a motion."""
+
+    constraints: tuple[Task, ...]
+    begin: float
+    """s"""
+    end: float
+    """s"""
+
+
+def deviations_of(
+    robot: Robot, kept: Sequence[Kept], t: Array, q: Array, velocity: Array | None = None
+) -> tuple[Deviation, ...]:
+    """Return how far a motion leaves what it has to keep at the most.
 
     Args:
-        robot: The robot, with all its hands.
-        move: The move.
-        holding: What is held along it.
-        q: Where it begins, m and rad.
+        robot: The robot.
+        kept: What it keeps, and when.
+        t: Times (N,), s.
+        q: Configurations (N, n), m and rad.
+        velocity: Velocities (N, n) of a spline; without them the motion is linear between samples.
     """
-    straight = (task for name in move.straight for task in _straight(robot, move, holding, name, q))
-    closed = (task for held in holding.held.values() if len(held.hands) > 1 for task in _closed(robot, held.hands, q))
-    return (*straight, *closed)
+    found: list[Deviation] = []
+    for part in kept:
+        a, b = (int(np.argmin(abs(t - time))) for time in (part.begin, part.end))
+        there = slice(a, b + 1)
+        found += deviations(robot, part.constraints, t[there], q[there], None if velocity is None else velocity[there])
+    return tuple(found)
 
 
-def _straight(robot: Robot, move: Move, holding: Holding, name: str, q: Array) -> Iterator[Task]:
-    """Yield what keeps a hand or a held object on a line, turned as its target asks; along a line as it is."""
-    held = holding.held.get(name)
-    hand, offset = (name, np.zeros(3)) if held is None else (held.hands[0], held.placement.translation)
-    target, there = move.targets[name], hand_placement(robot, hand, q)
-    assert target is not None
-    begin = there.act(offset)
-    yield LineTask(hand, triple(begin), triple(np.array(position(target)) - begin), triple(offset))
-    if name in move.turned or (isinstance(target, Pose) and target.rpy is not None):
-        yield _as_it_is(hand, there.rotation)
-    elif is_oriented(target):
-        pointing = robot.hands[robot.hand(hand)].pointing
-        assert pointing is not None  # a target that a hand cannot point at was refused
-        along = there.rotation @ (np.array(pointing) / np.linalg.norm(pointing))
-        yield AxisTask(hand, pointing, triple(along))
+def kept_motion(problem: Problem, t: Array, path: Array, dt: float, distance: float, limits: KeptLimits) -> TimedMotion:
+    """Return the motion along a path that is as fast as its limits allow and leaves the constraints as little as asked.
 
+    It follows the path more closely where that is needed.
 
-def _closed(robot: Robot, hands: tuple[str, ...], q: Array) -> Iterator[Task]:
-    """Yield what keeps hands as they are to the first of them."""
-    first = hand_placement(robot, hands[0], q)
-    for hand in hands[1:]:
-        relative = first.inverse() * hand_placement(robot, hand, q)
-        yield RelativeTask(hands[0], hand, triple(relative.translation), in_first=True)
-        yield _as_it_is(hand, relative.rotation, hands[0])
+    Args:
+        problem: The robot and what it keeps, among obstacles at rest.
+        t: Times (N,) of the path, s.
+        path: Its configurations (N, n), m and rad.
+        dt: The most time between samples, s.
+        distance: What pairs keep, m.
+        limits: How far it may leave the constraints.
+    """
+    robot = problem.robot
+    closely = on_constraints(problem, path, FINE)
 
+    def fits(motion: TimedMotion) -> bool:
+        found = deviations(robot, problem.constraints, motion.t, motion.q, motion.velocity)
+        return all(map(limits.allow, found))
 
-def _as_it_is(hand: str, rotation: Array, reference: str | None = None) -> OrientationTask:
-    first, second, third = (triple(row) for row in rotation)
-    return OrientationTask(hand, (first, second, third), reference)
+    wanted = wanted_bound(certify(robot, problem.obstacles, t, path), distance)
+    step = dt / np.ceil(dt / LONGEST_STEP)
+    return along_path(robot, problem.obstacles, [closely], limits_of(robot), step, 0.0, wanted, fits)

@@ -18,6 +18,8 @@ from humanoid_rail.kinematics.kinematics import Kinematics
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.path_metric import path_quality
 from humanoid_rail.kinematics.state import KinematicsModel
+from humanoid_rail.kinematics.task_stack import count_rows
+from humanoid_rail.planning.kept import KeptLimits
 from humanoid_rail.planning.options import (
     ENGINES,
     Options,
@@ -84,11 +86,17 @@ class GradientProjection(Options):
     def plan(self, problem: Problem, number: int = 0, spent: float = 0.0, moved: float = 0.0) -> Planned:
         """Integrate eq. 4.9; see :meth:`PlanningMethod.plan`."""
         settings, kinematics = self._settings(moved, rtol=self.rtol, atol=self.atol), self.kinematics(problem)
+        # Constraints are tasks that are done from the start on: e' = -K e keeps their errors at 0.
+        tasks, gains = (*problem.constraints, *problem.tasks), self.gains
+        if problem.constraints:
+            K = gains.diagonal(count_rows(problem.tasks))
+            kept = np.full(count_rows(problem.constraints), K.max())
+            gains = replace(gains, gain=np.concatenate([kept, K]))
         if isinstance(kinematics, NativeKinematics):
-            motion = integrate_natively(kinematics, problem.q, problem.tasks, self.gains, settings)
+            motion = integrate_natively(kinematics, problem.q, tasks, gains, settings)
         else:
             assert isinstance(kinematics, Kinematics)
-            motion = integrate(kinematics, problem.q, problem.tasks, self.gains, settings)
+            motion = integrate(kinematics, problem.q, tasks, gains, settings)
         return Planned(motion, found_by(self.name, motion))
 
 
@@ -115,7 +123,10 @@ class SafeVelocity(SafeOptions):
 
     def plan(self, problem: Problem, number: int = 0, spent: float = 0.0, moved: float = 0.0) -> Planned:
         """Follow the safe velocity; see :meth:`PlanningMethod.plan`."""
-        motion = rollout(problem.native, problem.q, problem.tasks, self.gains, self.safety, self._settings(moved))
+        settings = self._settings(moved)
+        motion = rollout(
+            problem.native, problem.q, problem.tasks, self.gains, self.safety, settings, problem.constraints
+        )
         return Planned(motion, found_by(self.name, motion))
 
 
@@ -177,7 +188,8 @@ class Auto(SafeOptions):
         if not self.optimise or not at_rest(problem.obstacles):
             return planned
         steps, deadline = self.max_optimisation_steps, started + left
-        return with_least_time(planned, problem, self.safety_distance, steps, settings, deadline)
+        kept = KeptLimits(self.max_deviation, self.max_tilt)
+        return with_least_time(planned, problem, self.safety_distance, kept, steps, settings, deadline)
 
     def _plan_path(self, problem: Problem, number: int, settings: Settings) -> Planned:
         """Look for a path and follow it as fast as the speed limits allow."""
@@ -190,7 +202,7 @@ class Auto(SafeOptions):
                     turning(problem.tasks),
                     "none that turns a hand: auto turns hands only among obstacles at rest",
                 )
-            motion = rollout(problem.native, problem.q, tasks, gains, self.safety, settings)
+            motion = rollout(problem.native, problem.q, tasks, gains, self.safety, settings, problem.constraints)
             return Planned(motion, found_by(SafeVelocity.name, motion))
         random = np.random.default_rng(self.seed if number == 0 else (self.seed, number))
         budget = Budget(self.max_edge_checks, random)
@@ -201,7 +213,8 @@ class Auto(SafeOptions):
             return Planned(follow(problem, found, settings), found.found_by, search)
         # What is left of the time, which is little where that is why there is no path.
         rest = replace(settings, max_planning_time=max(left - (time.perf_counter() - started), 0.0))
-        motion = as_far_as_qp(found, rollout(problem.native, problem.q, tasks, gains, self.safety, rest), rest)
+        local = rollout(problem.native, problem.q, tasks, gains, self.safety, rest, problem.constraints)
+        motion = as_far_as_qp(found, local, rest)
         if len(tasks) == len(problem.tasks):
             motion = led_on(problem, motion, self.safety_distance, settings)
         elif motion.status is Status.REACHED:

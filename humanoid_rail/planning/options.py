@@ -13,6 +13,7 @@ from humanoid_rail._arrays import Array
 from humanoid_rail.collision.certifier import least_distance
 from humanoid_rail.errors import InvalidInput, checked_number, did_you_mean, told_apart
 from humanoid_rail.kinematics.state import KinematicsModel
+from humanoid_rail.kinematics.task import Task
 from humanoid_rail.problem import Problem
 from humanoid_rail.resolution.integrate import Integration, Settings
 from humanoid_rail.resolution.qp import Safety
@@ -42,6 +43,8 @@ class Planned:
     """The motion with a timing that a drive can follow; None for one that is linear between its samples."""
     optimisation: Optimisation | None = None
     """How it was optimised; None if it was not to be."""
+    constraints: tuple[Task, ...] = ()
+    """What holds along it."""
 
 
 @runtime_checkable
@@ -120,6 +123,11 @@ class Options:
     """Time between samples, s."""
     max_time: float = 60.0
     """Longest motion, s."""
+    max_deviation: float = 1e-3
+    """The motion may leave a constraint of distances or places by at most this at any time, m; see docs/constraints.md.
+    If it may leave it farther, it is not `reached`."""
+    max_tilt: float = float(np.deg2rad(0.2))
+    """The same of a constraint of directions or orientations, rad."""
     far_clearances: bool = False
     """Whether to measure at each sample also the clearances beyond the activation distance. If not, they are infinite,
     except for the smallest, so `min_clearance` is right in any case."""
@@ -137,7 +145,7 @@ class Options:
         gains = Gains(self.gain, self.c_mu, self.c_kappa, self.epsilon, self.objectives)
         for field in fields(Gains):
             object.__setattr__(self, field.name, getattr(gains, field.name))
-        for name in ("tolerance", "dt", "max_time"):
+        for name in ("tolerance", "dt", "max_time", "max_deviation", "max_tilt"):
             object.__setattr__(self, name, checked_number(name, getattr(self, name), above=0.0))
         if self.max_time / self.dt > MAX_SAMPLES:
             least = f"{told_apart(self.max_time / MAX_SAMPLES, self.dt)} s with max_time = {self.max_time:g} s"

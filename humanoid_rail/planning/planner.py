@@ -16,6 +16,7 @@ from humanoid_rail.kinematics.task_stack import count_rows
 from humanoid_rail.model.position_limits import within_position_limits
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.diagnosing import diagnose, in_one_line
+from humanoid_rail.planning.kept import KeptLimits, deviations_of
 from humanoid_rail.planning.methods import as_method
 from humanoid_rail.planning.moves import moves_of
 from humanoid_rail.planning.options import PlanningMethod
@@ -27,7 +28,7 @@ from humanoid_rail.planning.start import check_start, warn_of_depth
 from humanoid_rail.planning.units import warn_of_units
 from humanoid_rail.problem import Problem
 from humanoid_rail.resolution.integrate import Integration
-from humanoid_rail.result import Motion, Provenance, Status, Verdict
+from humanoid_rail.result import Method, Motion, Provenance, Status, Verdict
 from humanoid_rail.scene.scene import Scene, check_scene, start_of_scene
 from humanoid_rail.timing.lower_bound import least_duration_of
 from humanoid_rail.timing.time_optimal import limits_of
@@ -104,7 +105,7 @@ def solve(problem: Problem, method: PlanningMethod | str = "auto") -> Trajectory
     check_size(problem.robot, chosen)
     kinematics = chosen.kinematics(problem)
     check_start("start", kinematics, problem.scene, problem.q, chosen.least_start())
-    planned = chosen.plan(problem)
+    planned = replace(chosen.plan(problem), constraints=tuple(problem.constraints))
     unreached = None if planned.motion.status is Status.REACHED else Unreached(0, problem, planned)
     segments = replace(joined(problem.robot, [planned]), unreached=unreached)
     return _result(problem.robot, problem.scene, chosen, segments, started)
@@ -123,7 +124,10 @@ def _result(robot: Robot, scene: Scene, method: PlanningMethod, segments: Segmen
 
     timed = None if segments.timed is None else joined_motion(segments.timed, proof)
     certificate, certification_time = _certified(motion, timed, proof)
-    status, reason = judged(certificate, method.kept_distance, motion.status, motion.reason)
+    if certificate is not None:
+        samples = (motion.t, motion.q, None) if timed is None else (timed.t, timed.q, timed.velocity)
+        certificate = replace(certificate, deviations=deviations_of(robot, segments.kept, *samples))
+    status, reason = judged(certificate, method, motion.status, motion.reason)
     planning_time, diagnosis = time.perf_counter() - started, None
     if segments.unreached is not None and certificate is not None:
         diagnosis = diagnose(segments.unreached, method, started)
@@ -190,18 +194,22 @@ def _joint_motions(motion: Integration, timed: TimedMotion | None) -> tuple[Join
 
 
 def judged(
-    certificate: Certificate | None, kept_distance: float | None, status: Status, reason: str
+    certificate: Certificate | None, method: PlanningMethod | Method, status: Status, reason: str
 ) -> tuple[Status, str]:
     """Return the status and the reason of a motion, once it is known what is proven of it.
 
     Args:
         certificate: What is proven; None where nothing could be looked at.
-        kept_distance: The safety distance that the method keeps, m; None for a method that keeps none.
+        method: What the motion was to keep.
         status: What became of the targets.
         reason: The status in a sentence.
     """
     if certificate is None:
         return status, f"{reason}; {UNPROVEN}"
+    kept_distance = method.kept_distance
+    left = KeptLimits(method.max_deviation, method.max_tilt).exceeded(certificate.deviations)
+    if left is not None:
+        status, reason = Status.UNCERTIFIED if status is Status.REACHED else status, f"{reason}, but {left}"
     if kept_distance is None:
         return status, reason
     if status is Status.REACHED and not certificate.certified:

@@ -14,7 +14,9 @@ from humanoid_rail.events import Event
 from humanoid_rail.kinematics.joint_limits import JointMotion
 from humanoid_rail.kinematics.path_metric import PathQuality, path_quality
 from humanoid_rail.model.robot import Robot
-from humanoid_rail.planning.kept import kept_tasks
+from humanoid_rail.planning.keeping import constraints_of
+from humanoid_rail.planning.kept import Kept
+from humanoid_rail.planning.move_constraints import move_constraints
 from humanoid_rail.planning.moves import Move
 from humanoid_rail.planning.object_tasks import hands_in, object_tasks
 from humanoid_rail.planning.options import Planned, PlanningMethod
@@ -23,6 +25,7 @@ from humanoid_rail.planning.target_tasks import tasks_of
 from humanoid_rail.problem import Problem
 from humanoid_rail.resolution.integrate import Integration
 from humanoid_rail.result import Optimisation, Search, Status
+from humanoid_rail.scene.keep import kept_hands
 from humanoid_rail.scene.obstacles import at_rest, moved
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.timing.timed_motion import TimedMotion
@@ -51,6 +54,8 @@ class Segments:
     timed: tuple[TimedMotion, ...] | None = None
     """The segments with timings that a drive can follow; None unless each one has such a timing."""
     optimisation: Optimisation | None = None
+    kept: tuple[Kept, ...] = ()
+    """What holds along the segments."""
     unreached: Unreached | None = None
     """The segment at which planning ended; None if all targets are reached, or time was up before it."""
     events: tuple[Event, ...] = ()
@@ -82,7 +87,8 @@ def plan_segments(
             stage = after_happenings(stage, robot, scene, move, move.begins, begun, start)
         problem = first if number == 0 else move_problem(robot, scene, move, stage, start, begun)
         spent = time.perf_counter() - started
-        planned.append(_for_its_hands(method, robot, problem).plan(problem, number, spent, begun))
+        found = _for_its_hands(method, robot, problem).plan(problem, number, spent, begun)
+        planned.append(replace(found, constraints=tuple(problem.constraints)))
         motion = planned[-1].motion
         start, begun = motion.q[-1], begun + float(motion.t[-1])
         if motion.status is not Status.REACHED:
@@ -101,11 +107,13 @@ def move_problem(robot: Robot, scene: Scene, move: Move, stage: Stage, start: Ar
     if begun > 0 and not at_rest(obstacles):
         obstacles = tuple(moved(obstacle, begun) for obstacle in obstacles)
     there = scene if obstacles is scene.obstacles else scene.model_copy(update={"obstacles": obstacles})
-    kept = kept_tasks(robot, move, stage.holding, np.asarray(start, float))
+    q, keep = np.asarray(start, float), move.targets.keep
+    constraints = (*constraints_of(robot, keep, q), *move_constraints(robot, move, stage.holding, q))
     aimed = whole.with_hands([name for name in robot.hand_names if move.targets.get(name) is not None])
     tasks = (*tasks_of(aimed, move.targets), *object_tasks(whole, move.targets, stage.holding))
-    hands = whole.with_hands([*aimed.hand_names, *(hand for task in (*tasks, *kept) for hand in hands_in(task))])
-    return Problem(hands, there, tasks, start, kept)
+    needed = {hand for task in (*tasks, *constraints) for hand in hands_in(task)}
+    hands = whole.with_hands([*aimed.hand_names, *needed, *kept_hands(keep)])
+    return Problem(hands, there, tasks, start, constraints)
 
 
 def _for_its_hands(method: PlanningMethod, robot: Robot, problem: Problem) -> PlanningMethod:
@@ -113,7 +121,10 @@ def _for_its_hands(method: PlanningMethod, robot: Robot, problem: Problem) -> Pl
     gain = np.ravel(np.asarray(method.gains.gain, float))
     if gain.size == 1 or problem.robot is robot:
         return method
-    rows = [3 * robot.hand_names.index(name) + axis for name in problem.robot.hand_names for axis in range(3)]
+    names = [
+        name for name in problem.robot.hand_names if any(getattr(task, "hand", "") == name for task in problem.tasks)
+    ]
+    rows = [3 * robot.hand_names.index(name) + axis for name in names for axis in range(3)]
     return replace(method, gain=tuple(gain[rows]))  # type: ignore[type-var]
 
 
@@ -139,6 +150,11 @@ def joined(robot: Robot, planned: Sequence[Planned], moves: Sequence[Move] = ())
         arrivals=_arrivals(motions, ends, moves),
         timed=_timed(planned),
         optimisation=_joined_optimisation(planned),
+        kept=tuple(
+            Kept(segment.constraints, begin, end)
+            for segment, begin, end in zip(planned, [0.0, *ends[:-1]], ends, strict=True)
+            if segment.constraints
+        ),
     )
 
 

@@ -13,6 +13,7 @@ from humanoid_rail.errors import told_apart
 from humanoid_rail.kinematics.joint_limits import sampled
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.optimisation.motion import Found, least_time_motion, movable
+from humanoid_rail.planning.kept import KeptLimits, kept_motion
 from humanoid_rail.planning.options import Planned
 from humanoid_rail.problem import Problem
 from humanoid_rail.resolution.integrate import Integration, Settings
@@ -22,7 +23,13 @@ from humanoid_rail.timing.timed_motion import TimedMotion
 
 
 def with_least_time(
-    planned: Planned, problem: Problem, safety_distance: float, max_steps: int, settings: Settings, deadline: float
+    planned: Planned,
+    problem: Problem,
+    safety_distance: float,
+    kept: KeptLimits,
+    max_steps: int,
+    settings: Settings,
+    deadline: float,
 ) -> Planned:
     """Return a planned motion with a timing that a drive can follow, in the least time that is found.
 
@@ -32,6 +39,7 @@ def with_least_time(
         planned: The motion, among obstacles at rest.
         problem: What it was planned for.
         safety_distance: The distance that pairs keep, m.
+        kept: How far the motion may leave what it keeps.
         max_steps: The most quadratic programs to solve.
         settings: How far apart samples are, how long the motion may take, and the tolerance.
         deadline: When planning is cut off, on the clock of `time.perf_counter`, s.
@@ -44,7 +52,10 @@ def with_least_time(
         reason = f"planning was cut off by {settings.planning_time_option}"
     if reason is not None:
         return replace(planned, optimisation=Optimisation(0, 0, reason))
-    found = _found(problem, motion, settings.dt, safety_distance, max_steps, deadline)
+    if problem.constraints and len(motion.t) > 1:
+        found = Found(kept_motion(problem, motion.t, motion.q, settings.dt, safety_distance, kept), False, 0)
+    else:
+        found = _found(problem, motion, settings.dt, safety_distance, max_steps, deadline)
     timed, duration = found.motion, found.motion.duration
     left = error_at(problem, timed.q[-1], duration)
     if left > settings.tolerance:

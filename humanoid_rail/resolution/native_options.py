@@ -53,12 +53,13 @@ def native_gains(robot: Robot, gains: Gains, rows: int, state_at: StateAt) -> _e
     return native
 
 
-def native_safety(safety: Safety, state_at: StateAt) -> _engine.Safety:
+def native_safety(safety: Safety, state_at: StateAt, constraints: _engine.TaskStack | None = None) -> _engine.Safety:
     """Return the options of the constraints as the native engine has them; equalities are called back.
 
     Args:
         safety: The options.
         state_at: What an equality is given.
+        constraints: Tasks that hold and go on to; none if not given.
     """
     equality: Callable[[Array, float], tuple[Array, Array]] | None = None
     if safety.equalities:
@@ -80,6 +81,7 @@ def native_safety(safety: Safety, state_at: StateAt) -> _engine.Safety:
         precision=qp.PRECISION,
         shares=list(qp.SHARES),
         equality=equality,
+        constraints=constraints,
     )
     return native
 

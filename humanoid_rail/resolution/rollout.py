@@ -33,6 +33,7 @@ def rollout(
     gains: Gains,
     safety: Safety,
     settings: Settings,
+    constraints: Sequence[Task] = (),
 ) -> Integration:
     """Move from the start until |e| falls to the tolerance or the motion cannot go on.
 
@@ -45,12 +46,13 @@ def rollout(
         gains: Parameters of eq. 4.9.
         safety: Parameters of the constraints.
         settings: When to end, and how long a step is; the integrator's tolerances do not matter.
+        constraints: What is kept. Their rows are equalities, and each step is brought back onto them.
     """
     state_at, K = kinematics.state_for_callback, gains.diagonal(count_rows(tasks))
     stack = native_tasks(kinematics.robot, tasks, state_at)
     converted = (
         native_gains(kinematics.robot, gains, stack.rows, state_at),
-        native_safety(safety, state_at),
+        native_safety(safety, state_at, native_tasks(kinematics.robot, constraints, state_at) if constraints else None),
         native_settings(settings, K),
     )
     motion, overrun = kinematics.native.rollout(start, stack, *converted)
@@ -58,8 +60,9 @@ def rollout(
     status, t = status_of(motion.status), motion.t
     remains = what_remains(kinematics.state(motion.q[-1], t[-1]), tasks, motion.left)
     reason = explain_rollout(status, t[-1], remains, motion.evaluations, settings, contact)
-    if status is Status.STALLED and safety.equalities:
-        reason += ", or none that does and satisfies the equalities"
+    if status is Status.STALLED and (safety.equalities or constraints):
+        what = "equalities" if safety.equalities else "constraints"
+        reason += f", or none that does and satisfies the {what}"
     return Integration(t, motion.q, status, reason, motion.evaluations, JointMotion(*motion.visited))
 
 

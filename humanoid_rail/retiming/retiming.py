@@ -147,12 +147,12 @@ def _judged(
     certificate: Certificate,
 ) -> tuple[Status, str]:
     """Return the status and the reason of a motion that ends at a time in s and may not take longer than another."""
-    kept = trajectory.method.kept_distance
+    method = trajectory.method
     if len(arrivals) < steps:
         # What the plan's own verdict says already is not said twice.
-        status, reason = judged(certificate, kept, trajectory.status, trajectory.reason)
+        status, reason = judged(certificate, method, trajectory.status, trajectory.reason)
         return status, trajectory.reason if reason.removeprefix(trajectory.reason) in trajectory.reason else reason
-    status, reason = judged(certificate, kept, Status.REACHED, arrival(arrivals))
+    status, reason = judged(certificate, method, Status.REACHED, arrival(arrivals))
     if status is Status.REACHED and end > longest:
         return Status.TIME_LIMIT, f"{reason}, longer than max_time = {told_apart(longest, end)} s"
     return status, reason

@@ -20,6 +20,7 @@ from humanoid_rail.errors import MISSING, InvalidInput, did_you_mean
 from humanoid_rail.model.position_limits import within_position_limits
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.model.robot_file import Start
+from humanoid_rail.scene.keep import check_keep
 from humanoid_rail.scene.objects import check_holding, check_objects, held_targets
 from humanoid_rail.scene.obstacles import Obstacle
 from humanoid_rail.scene.robot_of_scene import SceneRobot, load_named_robot
@@ -185,6 +186,7 @@ def check_scene(robot: Robot, scene: Scene) -> None:
             if hand not in step and hand not in holding:
                 valid = f"a target [x, y, z] for each of {_list(robot.hand_names)}, null for a hand that has none"
                 raise InvalidInput(f"{where}.{hand}", MISSING, valid)
+        check_keep(robot.hand_names, step.keep, where)
         if all(target is None for target in step.values()):
             raise InvalidInput(where, step, "a target for one hand at least")
     check_holding(robot, scene.objects, scene.obstacles, scene.steps)

@@ -11,6 +11,7 @@ from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator,
 
 from humanoid_rail._arrays import Array
 from humanoid_rail._validation import Angles, Frozen, Positive, Vector, plain
+from humanoid_rail.scene.keep import Keep, plain_keep
 from humanoid_rail.scene.obstacles import not_zero
 
 ANY_AXIS = (1.0, 0.0, 0.0)
@@ -112,6 +113,9 @@ class Step(Frozen):
     contacts: Mapping[str, Annotated[tuple[str, ...], BeforeValidator(plain)]] = {}
     """What a held object may touch on the straight ways of this step, by its name: obstacles and other objects, such as
     what it is put down on. What it stands on when it is grasped it may touch on the way from there in any case."""
+
+    keep: Annotated[tuple[Keep, ...], BeforeValidator(plain_keep)] = ()
+    """What is kept on the way to the targets, as it is when that begins; see :class:`Keep`."""
 
     @property
     def hands(self) -> Mapping[str, Target]:

@@ -39,6 +39,7 @@ from humanoid_rail.result import Status
 from humanoid_rail.search.blocked_targets import blocked_target, targets_inside
 from humanoid_rail.search.exact_end import EXACT, error_at
 from humanoid_rail.search.goal_sampler import seeds
+from humanoid_rail.search.kept_path import FINE, on_constraints
 from humanoid_rail.search.path_result import PathResult
 from humanoid_rail.search.path_search import QP, PathSearch
 from humanoid_rail.search.reachability import TimedOut, followed, out_of_reach
@@ -134,9 +135,9 @@ def _search(
     return PathSearch(
         robot=problem.robot,
         checker=EdgeChecker(problem.robot, problem.obstacles, distance),
-        sampler=Sampler(problem.robot, problem.obstacles, distance, deadline),
+        sampler=Sampler(problem.robot, problem.obstacles, distance, deadline, problem.constraints),
         solver=InverseKinematics(problem.robot, problem.obstacles),
-        tasks=problem.tasks,
+        tasks=(*problem.tasks, *problem.constraints),
         distance=distance,
         start=start,
         seeds=seeds(problem.robot, start, budget.random),
@@ -176,14 +177,15 @@ def _follow_safely(
     # It keeps as far away as a path has to, so that its motion is one.
     wider = replace(safety, safety_distance=safety.safety_distance + 2 * SPARE)
     began = time.perf_counter()
-    motion = rollout(problem.native, problem.q, tasks, gains, wider, coarse)
+    motion = rollout(problem.native, problem.q, tasks, gains, wider, coarse, problem.constraints)
     if _has_arrived(problem, motion):
         stays = len(motion.q) == 1 and error_at(problem, motion.q[-1]) <= EXACT
         found = PathResult(Status.REACHED, motion.reason, motion.evaluations, motion.q, found_by=QP)
         return motion, found if stays else None
     # Nearer to things, it may still get there: then its motion is the plan, as it is.
     left = max(0.0, settings.max_planning_time - (time.perf_counter() - began))
-    nearer = rollout(problem.native, problem.q, tasks, gains, safety, replace(coarse, max_planning_time=left))
+    cut_off = replace(coarse, max_planning_time=left)
+    nearer = rollout(problem.native, problem.q, tasks, gains, safety, cut_off, problem.constraints)
     if _has_arrived(problem, nearer):
         reason = "nothing but the safe velocity gets there without coming nearer to something"
         return motion, PathResult(Status.STUCK, reason, nearer.evaluations)
@@ -233,6 +235,8 @@ def _smoothed(problem: Problem, search: PathSearch, beginning: Array, least: flo
     assert search.best is not None
     loose = distance - min(SPARE / 2, LOOSE_SHARE * distance)
     checker = EdgeChecker(robot, problem.obstacles, loose, 1.0 - LOOSE_SHARE)
+    if problem.constraints:
+        return on_constraints(problem, np.vstack([beginning, search.best]), FINE), checker
     path = round_corners(robot, np.vstack([beginning, search.best]), checker.is_edge_valid)
     if len(beginning):
         # Corners are left there, where no more can be asked for.

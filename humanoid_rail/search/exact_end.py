@@ -35,6 +35,8 @@ def error_left(left: float, tolerance: float) -> str:
 def led_on(problem: Problem, motion: Integration, distance: float, settings: Settings) -> Integration:
     """Return a motion that ends within the tolerance, led on to the exact targets where a straight edge leads there.
 
+    One that keeps constraints stays as it is.
+
     Args:
         problem: The robot, its tasks and the obstacles, which are at rest.
         motion: What the safe velocity does.
@@ -42,7 +44,7 @@ def led_on(problem: Problem, motion: Integration, distance: float, settings: Set
         settings: How far apart samples are, how long the motion may take, and the tolerance.
     """
     end = motion.q[-1]
-    if motion.status is not Status.REACHED or (left := error_at(problem, end)) <= EXACT:
+    if problem.constraints or motion.status is not Status.REACHED or (left := error_at(problem, end)) <= EXACT:
         return motion
     goal = InverseKinematics(problem.robot, problem.obstacles).solve(end, problem.tasks, distance)
     checker = EdgeChecker(problem.robot, problem.obstacles, distance)

@@ -125,8 +125,9 @@ class PathSearch:
         Where it is not, other paths to goals are looked for first, but not for long.
         """
         posture = self.solver.solve(path[-1], self.tasks, self.distance)
-        if posture.reached and self.checker.is_edge_valid(path[-1], posture.q):
-            self.consider(found_by, np.vstack([path, posture.q]))
+        last = self.sampler.straight(self.checker, path[-1], posture.q) if posture.reached else None
+        if last is not None:
+            self.consider(found_by, np.vstack([path, last[1:]]))
         else:
             self.inexact = found_by, path
 
@@ -175,9 +176,11 @@ class PathSearch:
     def go_straight(self) -> None:
         """Look for a straight edge to a goal."""
         for goal in self.goals:
-            self.checks += 1
-            if self.checker.is_edge_valid(self.start, goal):
-                self.consider(self.found_by or STRAIGHT, np.array([self.start, goal]))
+            before = self.sampler.checks
+            path = self.sampler.straight(self.checker, self.start, goal)
+            self.checks += self.sampler.checks - before
+            if path is not None:
+                self.consider(self.found_by or STRAIGHT, path)
                 return
 
     def sample(self, budget: int | None = None) -> None:

@@ -8,6 +8,9 @@ Both ask of an edge only whether samples of it keep the distance, eight at once 
 each edge of the path is proven (`collision/edge_checker.py`). One that cannot be is replaced by a short path of proven
 edges; where none is found, the path counts as not found.
 
+With constraints, trees and shortcuts grow by short steps, each brought back onto the constraints
+(`engine/search/manifold.cpp`; Berenson, Srinivasa, Ferguson and Kuffner 2009).
+
 The same seed gives the same path on every machine, whatever other threads do.
 """
 
@@ -20,7 +23,11 @@ import numpy as np
 
 from humanoid_rail._arrays import Array
 from humanoid_rail._native import engine
+from humanoid_rail.collision.edge_checker import EdgeChecker
+from humanoid_rail.kinematics.native_kinematics import NativeKinematics
+from humanoid_rail.kinematics.native_tasks import native_tasks
 from humanoid_rail.kinematics.path_metric import speed_units
+from humanoid_rail.kinematics.task import Task
 from humanoid_rail.model.native_robot import native_robot
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.native_obstacles import native_obstacles
@@ -35,7 +42,12 @@ class Sampler:
     """
 
     def __init__(
-        self, robot: Robot, obstacles: tuple[Obstacle, ...], distance: float, deadline: float = np.inf
+        self,
+        robot: Robot,
+        obstacles: tuple[Obstacle, ...],
+        distance: float,
+        deadline: float = np.inf,
+        constraints: Sequence[Task] = (),
     ) -> None:
         """Set up the search.
 
@@ -44,15 +56,34 @@ class Sampler:
             obstacles: What it keeps clear of, beside its own links.
             distance: The distance that links keep from obstacles and from each other, m.
             deadline: When to stop, on the clock of `time.perf_counter`, s.
+            constraints: What holds on paths, up to what short edges between configurations where it does deviate.
         """
+        kept = native_tasks(robot, constraints, NativeKinematics(robot).state) if constraints else None
+        self._is_constrained = kept is not None
         self._native = engine().Sampler(
-            native_robot(robot), native_obstacles(obstacles), distance, 1.0, speed_units(robot)
+            native_robot(robot), native_obstacles(obstacles), distance, 1.0, speed_units(robot), kept
         )
         self._deadline = deadline
         self.checks = 0
         """The number of edges that have been checked."""
         self.explored: Array | None = None
         """Configurations (K, n) to which the last search that failed seems to have paths; None before one."""
+
+    def straight(self, checker: EdgeChecker, start: Array, goal: Array) -> Array | None:
+        """Return the straight path (K, n) between two configurations (n,) if it is proven; None if it is not.
+
+        Args:
+            checker: Proves edges.
+            start: Where it begins, m and rad.
+            goal: Where it ends. With constraints they hold in both, and the path takes short steps along them.
+        """
+        self.checks += 1
+        if not self._is_constrained:
+            return np.array([start, goal]) if checker.is_edge_valid(start, goal) else None
+        path, _, checks = self._native.walk(start, goal)
+        self.checks += checks
+        found: Array | None = path
+        return found
 
     def connect(
         self,

@@ -139,10 +139,11 @@ def along_path(
     dt: float,
     dwell: float,
     wanted: float,
+    fits: Callable[[TimedMotion], bool] = lambda _: True,
 ) -> TimedMotion:
     """Return the motion that follows segments no more closely than it has to for its bound to be as wanted.
 
-    If that cannot be had, it is the motion with the largest bound.
+    If that cannot be had, it is the motion with the largest bound, of those that fit if any do.
 
     Args:
         robot: The robot.
@@ -152,21 +153,23 @@ def along_path(
         dt: Time between samples, s.
         dwell: How long to rest after each segment but the last, s.
         wanted: The bound that is wanted, m.
+        fits: What else a motion has to be.
     """
     if np.isfinite(limits.jerk).any():
         # Where a limit of jerk does not bind it should cost nothing.
-        free = along_path(robot, obstacles, segments, limits.without_jerk(), dt, dwell, wanted)
+        free = along_path(robot, obstacles, segments, limits.without_jerk(), dt, dwell, wanted, fits)
         if (np.array([peak.jerk for peak in free.timing(robot, limits).peaks]) <= limits.jerk).all():
             return free
-    best = None
+    best: tuple[bool, float] | None = None
     for control, ends in followings(robot, segments, limits, dt, dwell):
         motion = certified_motion(robot, obstacles, control, dt, ends)
-        if best is None or motion.bound > best.bound:
-            best = motion
-        if motion.bound >= wanted:
+        how_good = fits(motion), motion.bound
+        if best is None or how_good > best:
+            best, chosen = how_good, motion
+        if how_good >= (True, wanted):
             break
     assert best is not None  # the last spacing is always tried
-    return best
+    return chosen
 
 
 def followings(

@@ -11,12 +11,16 @@ from conftest import assert_gradient, random_q
 
 from humanoid_rail import (
     Auto,
+    AxisTask,
     ConfigurationTask,
     DirectionTask,
+    DistanceTask,
     Gains,
     GradientProjection,
     InvalidInput,
+    LineTask,
     NativeKinematics,
+    OrientationTask,
     PointTask,
     Problem,
     RelativeTask,
@@ -73,12 +77,21 @@ def test_where_hands_are_turned_as_they_have_to_be_their_points_are_there(
         assert len(own) == count[kind]
 
 
+TURN = tuple(map(tuple, pin.rpy.rpyToMatrix(0.4, -0.9, 1.3).tolist()))
 TASKS: dict[str, Task] = {
     "point": PointTask("left", (-1.0, 2.0, 3.0)),
     "point with an offset": PointTask("right", (-1.0, 2.0, 3.0), (0.1, -0.2, 0.3)),
     "direction": DirectionTask("left", (0.3, -1.0, 0.5)),
     "another direction": DirectionTask("right", (0.0, 0.0, 2.0), (0.0, 1.0, 1.0), 0.7),
     "relation": RelativeTask("left", "right", (0.0, 2.0, 0.1)),
+    "relation in the first hand's frame": RelativeTask("left", "right", (0.3, 2.0, 0.1), in_first=True),
+    "line": LineTask("left", (-1.0, 2.0, 3.0), (0.3, -1.0, 0.5)),
+    "line with an offset": LineTask("right", (-1.0, 2.0, 3.0), (1.0, 0.0, 0.0), (0.1, -0.2, 0.3)),
+    "distance": DistanceTask("left", "right", 2.0),
+    "axis": AxisTask("left", (0.0, 0.0, 1.0)),
+    "another axis": AxisTask("right", (1.0, 2.0, 0.0), (0.3, -1.0, 0.5), 0.7),
+    "orientation": OrientationTask("left", TURN),
+    "orientation in the first hand's frame": OrientationTask("right", TURN, "left", 0.7),
     "configuration": ConfigurationTask(("rail", "left_elbow_pitch"), (1.0, -0.2)),
 }
 
