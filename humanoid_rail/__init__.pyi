@@ -2,6 +2,7 @@
 from .collision.certificate import Certificate, Contact
 from .diagnosis import BlockingPair, Diagnosis, Miss, Remedy
 from .errors import EngineMissing, HumanoidRailError, InvalidInput
+from .events import Event
 from .following.follower import Follower
 from .following.state import CycleTimes, FollowerState, FollowerStatus, NearPair
 from .io.export import export
@@ -46,6 +47,7 @@ __all__ = [
     "Diagnosis",
     "DirectionTask",
     "EngineMissing",
+    "Event",
     "Follower",
     "FollowerState",
     "FollowerStatus",

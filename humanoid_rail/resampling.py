@@ -67,7 +67,7 @@ def resampled(motion: Motion, dt: float) -> tuple[Motion, NDArray[np.bool_]]:
     if timing is not None:
         velocity[own], acceleration[own] = timing.velocity, timing.acceleration
         timing = Timing(frozen(velocity), frozen(acceleration), timing.peaks)
-    return Motion(frozen(t), frozen(q), motion.joint_names, timing), own
+    return Motion(frozen(t), frozen(q), motion.joint_names, timing, motion.events), own
 
 
 def is_evenly_spaced(t: Array) -> bool:

@@ -9,6 +9,7 @@ from typing import Any, Protocol
 from humanoid_rail._arrays import Array, FrozenArrays
 from humanoid_rail.collision.certificate import Certificate
 from humanoid_rail.diagnosis import Diagnosis
+from humanoid_rail.events import Event
 from humanoid_rail.kinematics.joint_limits import Violation
 from humanoid_rail.kinematics.path_metric import PathQuality
 
@@ -125,6 +126,8 @@ class Motion(FrozenArrays):
     """The columns of q."""
     timing: Timing | None = None
     """The timing of an optimised or retimed motion; None for one that is linear in q between samples."""
+    events: tuple[Event, ...] = ()
+    """What the hands grasp and release, by time."""
 
 
 @dataclass(frozen=True)

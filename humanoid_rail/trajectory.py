@@ -12,6 +12,7 @@ from humanoid_rail._arrays import Array
 from humanoid_rail.collision.certificate import Certificate
 from humanoid_rail.diagnosis import Diagnosis
 from humanoid_rail.errors import MISSING, InvalidInput
+from humanoid_rail.events import Event, events_data
 from humanoid_rail.kinematics.joint_limits import Violation
 from humanoid_rail.kinematics.path_metric import PathQuality
 from humanoid_rail.model.robot import Robot
@@ -66,6 +67,11 @@ class Trajectory:
     def timing(self) -> Timing | None:
         """The timing of an optimised or retimed motion; None for one that is linear in q between samples."""
         return self.motion.timing
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """What the hands grasp and release, by time."""
+        return self.motion.events
 
     @property
     def hands(self) -> Array:
@@ -258,6 +264,7 @@ class Trajectory:
             "certificate": None if certificate is None else asdict(certificate),
             "violations": [asdict(violation) for violation in self.violations],
             "arrivals": list(self.arrivals),
+            **({"events": events_data(self.events)} if self.events else {}),
             "peaks": None if self.timing is None else [_finite(asdict(peak)) for peak in self.timing.peaks],
             "manipulability_final": float(self.manipulability[-1]),
             "scene": self.provenance.scene,
