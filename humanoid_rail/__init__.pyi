@@ -14,6 +14,7 @@ from .kinematics.native_kinematics import NativeKinematics
 from .kinematics.state import State
 from .kinematics.task import ConfigurationTask, DirectionTask, PointTask, RelativeTask, Task
 from .model.building import robot_from_urdf
+from .model.hand_links import hand_bodies
 from .model.humanoid import build_urdf
 from .model.library import load_robot, robots
 from .model.robot import Hand, Robot
@@ -90,6 +91,7 @@ __all__ = [
     "WorkerDied",
     "build_urdf",
     "export",
+    "hand_bodies",
     "load_robot",
     "load_robot_of_scene",
     "load_scene",

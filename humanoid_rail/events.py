@@ -69,7 +69,11 @@ def read_events(data: Sequence[Mapping[str, Any]]) -> tuple[Event, ...]:
         InvalidInput: If a field is not valid.
         TypeError: If a field is missing or unknown.
     """
-    return tuple(Event(**{name: tuple(x) if isinstance(x, list) else x for name, x in event.items()}) for event in data)
+    found = []
+    for event in data:
+        fields: dict[str, Any] = {name: tuple(x) if isinstance(x, list) else x for name, x in event.items()}
+        found.append(Event(**fields))
+    return tuple(found)
 
 
 def notes_at(t: Array, events: Sequence[Event]) -> list[str]:

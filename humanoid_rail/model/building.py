@@ -16,7 +16,7 @@ from humanoid_rail._arrays import Array, checked_array, frozen
 from humanoid_rail.errors import MISSING, InvalidInput
 from humanoid_rail.model.collision_bodies import collision_bodies
 from humanoid_rail.model.followers import ActuatedLimits, folded_limits
-from humanoid_rail.model.pairs import Pairs, choose_pairs, disabled_pairs
+from humanoid_rail.model.pairs import Pairs, choose_pairs, disabled_pairs, rigid_pairs
 from humanoid_rail.model.robot import Hand, Robot
 from humanoid_rail.model.urdf import Urdf, read_urdf
 from humanoid_rail.model.urdf_elements import read_text
@@ -73,7 +73,8 @@ def robot_from_urdf(
     middle = (mechanism.limits.lower + mechanism.limits.upper) / 2
     start = checked_start(mechanism, middle if initial is None else initial)
     disabled = disabled_pairs(mechanism.model, read_text("srdf", srdf) if srdf else None)
-    pairs = choose_pairs(mechanism.model, bodies, disabled, mechanism.full_configuration(start))
+    unmoved = rigid_pairs(mechanism.model, bodies)
+    pairs = choose_pairs(mechanism.model, bodies, unmoved | disabled, mechanism.full_configuration(start))
     return build_robot(mechanism, text, bodies, pairs, hands, start)
 
 

@@ -29,6 +29,9 @@ SMALLEST = 1e-6
 LARGEST = 1e9
 """Rates, efforts and densities are at most this; SI units."""
 
+SWITCHES = ("trunk_bodies", "grippers")
+"""These arguments are 1 or 0."""
+
 _XACRO_TAG = "{http://www.ros.org/wiki/xacro}"
 _F = TypeVar("_F", bound=Callable[..., object])
 
@@ -60,6 +63,8 @@ class RobotArguments(TypedDict, total=False):
     """Radius of the collision capsules, m; 0 for bones without thickness."""
     trunk_bodies: SupportsFloat
     """Whether trunk, head and hands have collision bodies, 1 or 0."""
+    grippers: SupportsFloat
+    """Whether the hands are grippers with collision bodies, a palm and two fingers, 1 or 0."""
     rail_lower: SupportsFloat
     """Lower position limit of the rail, m."""
     rail_upper: SupportsFloat
@@ -178,7 +183,7 @@ def _number(name: str, value: object, known: dict[str, str]) -> float:
     if name not in known:
         valid = f"one of the xacro arguments {', '.join(sorted(known))}{did_you_mean(name, known)}"
         raise InvalidInput("argument", name, valid)
-    if name == "trunk_bodies":
+    if name in SWITCHES:
         if (given := checked_number(name, value)) not in (0.0, 1.0):
             raise InvalidInput(name, value, "1 or 0")
         return given
