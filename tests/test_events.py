@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import plan
+from ruamel.yaml import YAML
 
 from humanoid_rail import Event, InvalidInput, Robot, Scene, Trajectory, export, read_plan, read_trajectory, write_plan
 from humanoid_rail.io.motion_files import read_motion
@@ -83,6 +84,29 @@ def test_other_readers_say_that_they_do_not_read_events(
     motion = read_motion(file, robot)
     np.testing.assert_array_equal(motion.q, with_events.q)
     assert "event" in motion.ignored
+
+
+@pytest.mark.parametrize("format", ["json", "yaml"])
+def test_messages_of_ros_have_events_beside_them(
+    robot: Robot, scene: Scene, with_events: Trajectory, trajectory: Trajectory, format: str, tmp_path: Path
+) -> None:
+    out = tmp_path / f"motion.{format}"
+    written = export(with_events, robot, scene, f"ros-{format}", out)
+    assert [path.name for path in written] == [out.name, f"motion.events.{format}"]
+    message = out.read_bytes()
+    for read in (json.loads, YAML(typ="safe").load):
+        notes = read(written[1].read_text())
+        assert [(note["kind"], note["object"], tuple(note["hands"])) for note in notes] == [
+            (event.kind, event.object, event.hands) for event in with_events.events
+        ]
+        for note, event in zip(notes, with_events.events, strict=True):
+            time = note["time_from_start"]
+            assert time["sec"] + 1e-9 * time["nanosec"] == pytest.approx(event.t, abs=1e-9)
+            assert tuple(note["pose"]["position"][x] for x in "xyz") == event.position
+            assert tuple(note["pose"]["orientation"][x] for x in "xyzw") == event.quaternion
+    assert export(trajectory, robot, scene, f"ros-{format}", out) == (out,)
+    assert out.read_bytes() == message
+    assert not written[1].exists(), "it is of another motion now"
 
 
 @pytest.mark.parametrize(
