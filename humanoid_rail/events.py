@@ -52,6 +52,11 @@ class Event:
             raise InvalidInput("event.position", self.position, "three finite numbers, m")
         if len(self.quaternion) != 4 or not abs(np.linalg.norm(self.quaternion) - 1.0) < UNIT:
             raise InvalidInput("event.quaternion", self.quaternion, "four numbers x, y, z, w, of length 1")
+        # Plain numbers, so that files and sentences have them whatever they were given as.
+        plain = {"t": float(self.t), "hands": tuple(self.hands)}
+        plain |= {name: tuple(map(float, getattr(self, name))) for name in ("position", "quaternion")}
+        for name, value in plain.items():
+            object.__setattr__(self, name, value)
 
     def __str__(self) -> str:
         return f"{self.kind} {self.object} by {' and '.join(self.hands)}"

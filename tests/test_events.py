@@ -131,6 +131,15 @@ def test_what_is_wrong_with_an_event_is_said(field: str, wrong: object) -> None:
     assert caught.value.field == f"event.{field}"
 
 
+def test_numbers_of_numpy_become_plain() -> None:
+    event = Event(np.float64(1.5), "grasp", "part", ("left",), np.arange(3.0), np.array([0.0, 0.0, 0.0, 1.0]))
+    assert repr(event) == (
+        "Event(t=1.5, kind='grasp', object='part', hands=('left',), position=(0.0, 1.0, 2.0), "
+        "quaternion=(0.0, 0.0, 0.0, 1.0))"
+    )
+    assert hash(event) == hash(replace(event))
+
+
 def test_a_file_with_a_wrong_event_is_refused(
     with_events: Trajectory, robot: Robot, scene: Scene, tmp_path: Path
 ) -> None:
