@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 from humanoid_rail._arrays import FARTHEST
 from humanoid_rail._resources import resource
 from humanoid_rail.errors import InvalidInput, checked_number, did_you_mean
-from humanoid_rail.model.building import robot_from_urdf
+from humanoid_rail.model.building import robot_as_written
 from humanoid_rail.model.robot import Hand, Robot
 from humanoid_rail.model.units import check_units
 
@@ -170,11 +170,12 @@ def paper_robot(urdf: str) -> Robot:
     Raises:
         InvalidInput: If the text is no URDF, or not one of this robot.
     """
-    return robot_from_urdf(
+    return robot_as_written(
         urdf,
         resource("robots", SRDF).read_text(encoding="utf-8"),
         hands=[Hand(side, f"{side}_hand", tuple(f"{side}_{j}" for j in ARM_JOINTS)) for side in ("left", "right")],
         initial=INITIAL,
+        with_rigid_pairs=False,
     )
 
 

@@ -101,6 +101,13 @@ def test_the_argument_and_the_robot_file_make_the_same_robot() -> None:
     np.testing.assert_array_equal(by_argument.initial, by_file.initial)
 
 
+def test_bodies_of_the_papers_robot_that_are_rigid_to_each_other_are_not_checked() -> None:
+    """A hand that is inside of its forearm would make every motion one in contact."""
+    robot = quiet(trunk_bodies=1, grippers=1)
+    bodies = robot.collision_model.geometryObjects
+    assert not [pair for pair in robot.self_collision_pairs if len({bodies[i].parentJoint for i in pair}) == 1]
+
+
 def test_the_robot_has_no_grippers_unless_they_are_asked_for(robot: Robot) -> None:
     assert build_urdf() == build_urdf(grippers=0)
     assert not [name for name in robot.link_names if "finger" in name or "hand" in name]
