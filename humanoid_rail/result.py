@@ -127,7 +127,7 @@ class Motion(FrozenArrays):
     timing: Timing | None = None
     """The timing of an optimised or retimed motion; None for one that is linear in q between samples."""
     events: tuple[Event, ...] = ()
-    """What the hands grasp and release, by time."""
+    """What happens to objects along it, in order."""
 
 
 @dataclass(frozen=True)

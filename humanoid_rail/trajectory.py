@@ -70,7 +70,7 @@ class Trajectory:
 
     @property
     def events(self) -> tuple[Event, ...]:
-        """What the hands grasp and release, by time."""
+        """What happens to objects along it, in order: grasps, releases and what may touch meanwhile."""
         return self.motion.events
 
     @property

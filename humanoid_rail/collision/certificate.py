@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from humanoid_rail.model.pairs import UncheckedPair
@@ -72,3 +73,28 @@ class Certificate:
     def __bool__(self) -> bool:
         """Return whether the motion is certified."""
         return self.certified
+
+
+def combined(parts: Sequence[Certificate]) -> Certificate:
+    """Return the certificates of the parts of a motion, which follow each other, as one."""
+    if len(parts) == 1:
+        return parts[0]
+    contacts = [part.contact for part in parts if part.contact is not None]
+    reasons = [part.reason for part in parts if part.reason is not None]
+    some_own = any(part.others_bound is not None for part in parts)
+
+    def least(value: Callable[[Certificate], float | None], among: Iterable[Certificate] = parts) -> float | None:
+        return min((found for part in among if (found := value(part)) is not None), default=None)
+
+    return Certificate(
+        certified=all(part.certified for part in parts),
+        min_clearance_obstacles=least(lambda part: part.min_clearance_obstacles),
+        min_clearance_self=least(lambda part: part.min_clearance_self),
+        clearance_bound=None if reasons else least(lambda part: part.clearance_bound),
+        contact=min(contacts, key=lambda contact: contact.t, default=None),
+        reason=reasons[0] if reasons else None,
+        unchecked_pairs=tuple(dict.fromkeys(pair for part in parts for pair in part.unchecked_pairs)),
+        links_without_body=tuple(dict.fromkeys(link for part in parts for link in part.links_without_body)),
+        others_bound=least(lambda part: part.kept_bound) if some_own and not reasons else None,
+        only_own_distances=all(part.only_own_distances for part in parts),
+    )

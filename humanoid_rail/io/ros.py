@@ -70,9 +70,10 @@ def event_notes(events: Sequence[Event]) -> list[dict[str, Any]]:
             "kind": event.kind,
             "object": event.object,
             "hands": list(event.hands),
+            "contacts": list(event.contacts),
             "pose": {
-                "position": dict(zip("xyz", map(float, event.position), strict=True)),
-                "orientation": dict(zip("xyzw", map(float, event.quaternion), strict=True)),
+                "position": dict(zip("xyz", event.position, strict=True)),
+                "orientation": dict(zip("wxyz", event.quaternion, strict=True)),
             },
         }
         for event in events

@@ -45,7 +45,7 @@ def csv_bytes(trajectory: Trajectory) -> bytes:
 def npz_bytes(trajectory: Trajectory) -> bytes:
     """Return what `trajectory.npz` holds: times, joints, hands, clearances, manipulability, timing and events.
 
-    Of an event there is what it is in words, its time, and the object's pose: position and quaternion x, y, z, w.
+    Of an event there is what it is in words, its time, and the object's pose: position and quaternion w, x, y, z.
 
     Raises:
         InvalidInput: If a hand is called as one of the other arrays.

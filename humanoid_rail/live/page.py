@@ -23,7 +23,7 @@ from humanoid_rail.live.world import World, placed, placement, target_rotation, 
 from humanoid_rail.model.library import load_robot
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.methods import METHODS
-from humanoid_rail.scene.targets import Pose, Target, is_oriented, numbers_there, position
+from humanoid_rail.scene.targets import Pose, Target, is_oriented, numbers_there, pointing_direction, position
 from humanoid_rail.viewer.colours import PLAIN, colour_of, hand_colour
 from humanoid_rail.viewer.drawing import node_name
 from humanoid_rail.viewer.sizes import scale
@@ -254,7 +254,7 @@ def by_user(work: Callable[[], None]) -> Callable[[Any], None]:
 
 def is_directed(target: Target) -> bool:
     """Return whether a target has a hand point in a direction, and nothing more."""
-    return isinstance(target, Pose) and target.approach is not None
+    return isinstance(target, Pose) and pointing_direction(target) is not None
 
 
 def has_sizes(robot: Robot) -> bool:

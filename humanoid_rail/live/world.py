@@ -11,7 +11,7 @@ from humanoid_rail._arrays import Array
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import HalfSpace, Obstacle, Sphere
 from humanoid_rail.scene.scene import Scene, check_scene, start_of_scene
-from humanoid_rail.scene.targets import Pose, Target, direction
+from humanoid_rail.scene.targets import Pose, Straight, Target, direction, pointing_direction
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,8 +82,11 @@ def turned_target(target: Target, position: Array, rotation: Array) -> Target:
         return point
     if target.rpy is not None:
         return target.model_copy(update={"position": point, "rpy": tuple(map(float, pin.rpy.matrixToRpy(rotation)))})
-    if target.approach is not None:
-        return target.model_copy(update={"position": point, "approach": tuple(map(float, rotation[:, 0]))})
+    if pointing_direction(target) is not None:
+        towards = tuple(map(float, rotation[:, 0]))
+        straight = target.approach if isinstance(target.approach, Straight) else None
+        approach = straight.model_copy(update={"direction": towards}) if straight else towards
+        return target.model_copy(update={"position": point, "approach": approach})
     return target.model_copy(update={"position": point})
 
 

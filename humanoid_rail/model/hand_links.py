@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 
-from humanoid_rail.model.robot import Hand, Robot
+from humanoid_rail.model.robot import Robot
 from humanoid_rail.model.urdf import Urdf, read_urdf
 from humanoid_rail.model.urdf_joint import Joint
 
 
-def hand_bodies(robot: Robot, hand: Hand) -> tuple[int, ...]:
+def hand_bodies(robot: Robot, name: str) -> tuple[int, ...]:
     """Return the collision bodies of a hand: those that may touch what it grasps.
 
     They are the bodies of `hand.links` where these are given. Else they are found: the last joint that moves the hand's
@@ -19,11 +19,15 @@ def hand_bodies(robot: Robot, hand: Hand) -> tuple[int, ...]:
 
     Args:
         robot: The robot.
-        hand: One of its hands.
+        name: The name of one of its hands.
 
     Returns:
         Indices in `robot.collision_model`; none if neither has a body.
+
+    Raises:
+        InvalidInput: If the robot has no such hand.
     """
+    hand = robot.hands[robot.hand(name)]
     wanted = hand.links
     if wanted is None:
         urdf = read_urdf(robot.urdf)

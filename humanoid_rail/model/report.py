@@ -44,7 +44,7 @@ def _hands(robot: Robot) -> list[str]:
     for hand, reach in zip(robot.hands, robot.arm_reaches, strict=True):
         points = "nowhere" if hand.pointing is None else "along " + " ".join(f"{x:g}" for x in hand.pointing)
         found.append(f"{hand.name}: {hand.frame}, points {points}, reaches {reach:.3f} m; arm {', '.join(hand.arm)}")
-        links = dict.fromkeys(robot.link_names[i] for i in hand_bodies(robot, hand))
+        links = dict.fromkeys(robot.link_names[i] for i in hand_bodies(robot, hand.name))
         found.append(f"  may touch what it grasps: {', '.join(links) or 'none of its bodies'}")
     return found
 

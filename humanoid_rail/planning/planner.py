@@ -3,28 +3,31 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import replace
 
-from humanoid_rail._arrays import frozen
+from humanoid_rail._arrays import Array, frozen
 from humanoid_rail._native import why_no_engine
 from humanoid_rail.collision.certificate import Certificate
-from humanoid_rail.collision.certifier import bound_resolution, certify, least_distance
+from humanoid_rail.collision.certifier import bound_resolution, least_distance
 from humanoid_rail.errors import check_kind
 from humanoid_rail.kinematics.joint_limits import JointMotion, limit_violations, sampled
-from humanoid_rail.kinematics.state import KinematicsModel
 from humanoid_rail.kinematics.task_stack import count_rows
+from humanoid_rail.model.position_limits import within_position_limits
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.diagnosing import diagnose, in_one_line
 from humanoid_rail.planning.methods import as_method
+from humanoid_rail.planning.moves import moves_of
 from humanoid_rail.planning.options import PlanningMethod
-from humanoid_rail.planning.segments import Segments, Unreached, joined, plan_segments, segment_problem
+from humanoid_rail.planning.phases import among_objects, certify_motion, sampled_motion, samples_of
+from humanoid_rail.planning.segments import Segments, Unreached, joined, move_problem, plan_segments
 from humanoid_rail.planning.size import check_size, size_hint
+from humanoid_rail.planning.stage import after_happenings, first_stage
 from humanoid_rail.planning.start import check_start, warn_of_depth
 from humanoid_rail.planning.units import warn_of_units
 from humanoid_rail.problem import Problem
 from humanoid_rail.resolution.integrate import Integration
 from humanoid_rail.result import Motion, Provenance, Status, Verdict
-from humanoid_rail.samples import samples_along
 from humanoid_rail.scene.scene import Scene, check_scene, start_of_scene
 from humanoid_rail.timing.lower_bound import least_duration_of
 from humanoid_rail.timing.time_optimal import limits_of
@@ -69,12 +72,14 @@ def plan(robot: Robot, scene: Scene, method: PlanningMethod | str = "auto") -> T
     check_size(robot, chosen)
     warn_of_units(robot, scene)
     warn_of_depth(robot, scene)
-    first = segment_problem(robot, scene, 0, start_of_scene(robot, scene))
+    moves, start = moves_of(scene), within_position_limits(robot, start_of_scene(robot, scene), "initial")
+    stage = after_happenings(first_stage(scene), robot, scene, moves[0], moves[0].begins, 0.0, start)
+    first = move_problem(robot, scene, moves[0], stage, start)
     # The motion is judged with all hands, also those that have no target.
-    kinematics = chosen.kinematics(first if first.robot is robot else Problem(robot, scene, first.tasks, first.q))
-    check_start("initial", kinematics, scene, first.q, chosen.least_start())
-    segments = plan_segments(first, robot, scene, chosen)
-    return _result(kinematics, scene, chosen, segments, started)
+    whole = first if len(first.robot.hands) == len(robot.hands) else _with_all_hands(robot, first)
+    check_start("initial", chosen.kinematics(whole), first.scene, first.q, chosen.least_start())
+    segments = plan_segments(robot, scene, chosen, first, moves, stage)
+    return _result(robot, scene, chosen, segments, started)
 
 
 def solve(problem: Problem, method: PlanningMethod | str = "auto") -> Trajectory:
@@ -93,6 +98,7 @@ def solve(problem: Problem, method: PlanningMethod | str = "auto") -> Trajectory
     """
     started = time.perf_counter()
     check_kind("problem", problem, Problem)
+    problem = among_objects(problem)
     chosen = as_method(method)
     chosen.gains.diagonal(count_rows(problem.tasks))
     check_size(problem.robot, chosen)
@@ -100,17 +106,23 @@ def solve(problem: Problem, method: PlanningMethod | str = "auto") -> Trajectory
     check_start("start", kinematics, problem.scene, problem.q, chosen.least_start())
     planned = chosen.plan(problem)
     unreached = None if planned.motion.status is Status.REACHED else Unreached(0, problem, planned)
-    segments = replace(joined(problem.robot, [planned], 1), unreached=unreached)
-    return _result(kinematics, problem.scene, chosen, segments, started)
+    segments = replace(joined(problem.robot, [planned]), unreached=unreached)
+    return _result(problem.robot, problem.scene, chosen, segments, started)
 
 
-def _result(
-    kinematics: KinematicsModel, scene: Scene, method: PlanningMethod, segments: Segments, started: float
-) -> Trajectory:
+def _with_all_hands(robot: Robot, problem: Problem) -> Problem:
+    return Problem(replace(problem.robot, hands=robot.hands), problem.scene, problem.tasks, problem.q)
+
+
+def _result(robot: Robot, scene: Scene, method: PlanningMethod, segments: Segments, started: float) -> Trajectory:
     """Return a motion as a trajectory, with the verdict on it."""
-    robot, motion = kinematics.robot, segments.motion
-    timed = None if segments.timed is None else joined_motion(robot, scene.obstacles, segments.timed)
-    certificate, certification_time = _certified(robot, scene, motion, timed)
+    motion = segments.motion
+
+    def proof(t: Array, q: Array, velocity: Array | None = None) -> Certificate:
+        return certify_motion(robot, scene, sampled_motion(robot, t, q, velocity, segments.events))
+
+    timed = None if segments.timed is None else joined_motion(segments.timed, proof)
+    certificate, certification_time = _certified(motion, timed, proof)
     status, reason = judged(certificate, method.kept_distance, motion.status, motion.reason)
     planning_time, diagnosis = time.perf_counter() - started, None
     if segments.unreached is not None and certificate is not None:
@@ -123,6 +135,7 @@ def _result(
         frozen(motion.q),
         robot.joint_names,
         None if timed is None else timed.timing(robot, limits_of(robot)),
+        segments.events,
     )
     verdict = Verdict(
         status=status,
@@ -137,7 +150,7 @@ def _result(
     )
     return Trajectory(
         motion=found,
-        samples=samples_along(robot, scene.obstacles, found.t, found.q, method, method.engine),
+        samples=samples_of(robot, scene, found, method, method.engine),
         verdict=verdict,
         provenance=Provenance(
             scene=scene.name,
@@ -158,13 +171,13 @@ def _result(
 
 
 def _certified(
-    robot: Robot, scene: Scene, motion: Integration, timed: TimedMotion | None
+    motion: Integration, timed: TimedMotion | None, proof: Callable[[Array, Array], Certificate]
 ) -> tuple[Certificate | None, float]:
     """Return what is proven of a motion, None where nothing can be, and how long that took, s."""
     if timed is not None:
         return timed.certificate, timed.certification_time
     began = time.perf_counter()
-    certificate = None if why_no_engine() else certify(robot, scene.obstacles, motion.t, motion.q)
+    certificate = None if why_no_engine() else proof(motion.t, motion.q)
     return certificate, time.perf_counter() - began
 
 

@@ -10,15 +10,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from humanoid_rail._arrays import Array
+from humanoid_rail.events import Event
 from humanoid_rail.kinematics.joint_limits import JointMotion
 from humanoid_rail.kinematics.path_metric import PathQuality, path_quality
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.planning.moves import Move
 from humanoid_rail.planning.options import Planned, PlanningMethod
+from humanoid_rail.planning.stage import Stage, after_happenings
 from humanoid_rail.planning.target_tasks import tasks_of
 from humanoid_rail.problem import Problem
 from humanoid_rail.resolution.integrate import Integration
 from humanoid_rail.result import Optimisation, Search, Status
-from humanoid_rail.scene.obstacles import moved
+from humanoid_rail.scene.obstacles import at_rest, moved
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.timing.timed_motion import TimedMotion
 
@@ -48,44 +51,56 @@ class Segments:
     optimisation: Optimisation | None = None
     unreached: Unreached | None = None
     """The segment at which planning ended; None if all targets are reached, or time was up before it."""
+    events: tuple[Event, ...] = ()
+    """What happens to objects."""
 
 
-def plan_segments(first: Problem, robot: Robot, scene: Scene, method: PlanningMethod) -> Segments:
-    """Plan segment after segment until one does not reach its targets.
+def plan_segments(
+    robot: Robot, scene: Scene, method: PlanningMethod, first: Problem, moves: Sequence[Move], stage: Stage
+) -> Segments:
+    """Plan move after move until one does not reach its targets.
 
     Args:
-        first: The problem of the first segment.
-        robot: The robot, with all its hands.
-        scene: The scene, whose steps of targets are reached one after the other.
+        robot: The robot, with all its hands and without objects.
+        scene: The scene.
         method: What plans each segment.
+        first: The problem of the first move.
+        moves: The moves of the scene.
+        stage: What is true of its objects when the first one begins.
     """
-    started, count = time.perf_counter(), len(scene.steps)
+    started = time.perf_counter()
     planned, begun, start = list[Planned](), 0.0, first.q
     unreached: Unreached | None = None
-    for number in range(count):
+    for number, move in enumerate(moves):
         if begun >= method.max_time:
             reason = f"the longest motion allowed, max_time = {method.max_time:g} s, is over"
             planned.append(Planned(_standstill(start, Status.TIME_LIMIT, reason), ""))
             break
-        problem = first if number == 0 else segment_problem(robot, scene, number, start, begun)
+        if number > 0:
+            stage = after_happenings(stage, robot, scene, move, move.begins, begun, start)
+        problem = first if number == 0 else move_problem(robot, scene, move, stage, start, begun)
         spent = time.perf_counter() - started
         planned.append(_for_its_hands(method, robot, problem).plan(problem, number, spent, begun))
         motion = planned[-1].motion
         start, begun = motion.q[-1], begun + float(motion.t[-1])
         if motion.status is not Status.REACHED:
-            unreached = Unreached(number, problem, planned[-1])
+            unreached = Unreached(move.step, problem, planned[-1])
             break
-    return replace(joined(robot, planned, count), unreached=unreached)
+        stage = after_happenings(stage, robot, scene, move, move.ends, begun, start)
+    return replace(joined(robot, planned, moves), unreached=unreached, events=stage.events)
 
 
-def segment_problem(robot: Robot, scene: Scene, number: int, start: ArrayLike, begun: float = 0.0) -> Problem:
-    """Return the problem of a step that begins at a time in s, for the hands alone that have targets."""
-    step = scene.steps[number]
-    hands = robot.with_hands([name for name in robot.hand_names if step[name] is not None])
-    there = scene
-    if begun > 0 and any(any(obstacle.velocity) for obstacle in scene.obstacles):
-        there = scene.model_copy(update={"obstacles": tuple(moved(obstacle, begun) for obstacle in scene.obstacles)})
-    return Problem(hands, there, tasks_of(hands, step), start)
+def move_problem(robot: Robot, scene: Scene, move: Move, stage: Stage, start: ArrayLike, begun: float = 0.0) -> Problem:
+    """Return the problem of a move that begins at a time in s, for the hands alone that have targets.
+
+    The objects of the scene are links of its robot.
+    """
+    whole, obstacles = stage.robot(robot, scene)
+    hands = whole.with_hands([name for name in robot.hand_names if move.targets.get(name) is not None])
+    if begun > 0 and not at_rest(obstacles):
+        obstacles = tuple(moved(obstacle, begun) for obstacle in obstacles)
+    there = scene if obstacles is scene.obstacles else scene.model_copy(update={"obstacles": obstacles})
+    return Problem(hands, there, tasks_of(hands, move.targets), start)
 
 
 def _for_its_hands(method: PlanningMethod, robot: Robot, problem: Problem) -> PlanningMethod:
@@ -107,19 +122,26 @@ def _standstill(q: Array, status: Status, reason: str) -> Integration:
     return Integration(np.zeros(1), q[None, :], status, reason, 0, visited)
 
 
-def joined(robot: Robot, planned: Sequence[Planned], count: int) -> Segments:
-    """Return segments as one motion, of as many as there should be."""
+def joined(robot: Robot, planned: Sequence[Planned], moves: Sequence[Move] = ()) -> Segments:
+    """Return segments as one motion, of the moves that there should be; of one segment if none are given."""
     motions = [segment.motion for segment in planned]
     ends = np.cumsum([motion.t[-1] for motion in motions]).tolist()
     return Segments(
-        motion=motions[0] if count == 1 else _joined_motion(motions, ends, count),
+        motion=motions[0] if len(moves) <= 1 else _joined_motion(motions, ends, moves),
         found_by=", ".join(dict.fromkeys(segment.found_by for segment in planned if segment.found_by)),
         path=path_quality(robot, *(motion.q for motion in motions)),
         search=_joined_search([segment.search for segment in planned if segment.search is not None]),
-        arrivals=tuple(end for motion, end in zip(motions, ends, strict=True) if motion.status is Status.REACHED),
+        arrivals=_arrivals(motions, ends, moves),
         timed=_timed(planned),
         optimisation=_joined_optimisation(planned),
     )
+
+
+def _arrivals(motions: Sequence[Integration], ends: Sequence[float], moves: Sequence[Move]) -> tuple[float, ...]:
+    """Return when the targets of each step are reached, s."""
+    arrives = [move.arrives for move in moves[: len(motions)]] or [True]
+    reached = [motion.status is Status.REACHED for motion in motions]
+    return tuple(end for end, there, arrived in zip(ends, arrives, reached, strict=True) if there and arrived)
 
 
 def _timed(planned: Sequence[Planned]) -> tuple[TimedMotion, ...] | None:
@@ -139,13 +161,13 @@ def _joined_optimisation(planned: Sequence[Planned]) -> Optimisation | None:
     return Optimisation(steps, optimised, "; ".join(dict.fromkeys(reasons)))
 
 
-def _joined_motion(motions: Sequence[Integration], ends: Sequence[float], count: int) -> Integration:
+def _joined_motion(motions: Sequence[Integration], ends: Sequence[float], moves: Sequence[Move]) -> Integration:
     """Return motions that end at times in s as one."""
     last, begins = motions[-1], [0.0, *ends[:-1]]
-    if len(motions) == count and last.status is Status.REACHED:
-        reason = arrival(ends)
+    if len(motions) == len(moves) and last.status is Status.REACHED:
+        reason = arrival(_arrivals(motions, ends, moves))
     else:
-        reason = f"step {len(motions)} of {count}, begun at t = {begins[-1]:.4g} s: {last.reason}"
+        reason = f"{moves[len(motions) - 1].said}, begun at t = {begins[-1]:.4g} s: {last.reason}"
     visits = [motion.visited for motion in motions]
     return Integration(
         # Where a segment begins is where the one before ended.

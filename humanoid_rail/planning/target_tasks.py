@@ -11,7 +11,7 @@ from humanoid_rail._arrays import triple
 from humanoid_rail.errors import InvalidInput
 from humanoid_rail.kinematics.task import PointTask, Task, orientation_lever
 from humanoid_rail.model.robot import Hand, Robot
-from humanoid_rail.scene.targets import ANY_AXIS, Pose, Step, direction, position
+from humanoid_rail.scene.targets import ANY_AXIS, Pose, Step, direction, pointing_direction, position
 
 
 def tasks_of(robot: Robot, step: Step) -> tuple[Task, ...]:
@@ -40,7 +40,7 @@ def _further_points(
     Raises:
         InvalidInput: If the hand has to point somewhere and has nothing that points.
     """
-    if hand.pointing is None and pose.approach is not None:
+    if hand.pointing is None and pointing_direction(pose) is not None:
         valid = "no direction to point in: the robot's file names none that this hand points in (hands.*.pointing)"
         raise InvalidInput(f"targets.{hand.name}.approach", pose.approach, valid)
     place, along = np.array(pose.position), hand.pointing or ANY_AXIS

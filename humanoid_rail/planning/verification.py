@@ -8,10 +8,11 @@ import numpy as np
 
 from humanoid_rail._arrays import FARTHEST, Array
 from humanoid_rail.collision.certificate import Certificate
-from humanoid_rail.collision.certifier import certify
 from humanoid_rail.errors import InvalidInput, check_kind, told_apart
 from humanoid_rail.kinematics.kinematics import Kinematics
 from humanoid_rail.model.robot import Robot, check_joint_names
+from humanoid_rail.planning.event_checks import checked_events
+from humanoid_rail.planning.phases import certify_motion, sampled_motion
 from humanoid_rail.planning.start import warn_of_depth
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.trajectory import Trajectory
@@ -38,8 +39,10 @@ def verify(robot: Robot, scene: Scene, trajectory: SampledMotion, *, max_checks:
     """Prove that a motion touches no obstacle and that no links touch each other, including between samples.
 
     The motion is linear in q between its samples, whatever made it, or the cubic spline through positions and
-    velocities if it has a :class:`humanoid_rail.Timing`. Nothing else of the trajectory is believed. Joint limits are
-    not looked at, nor is what comes after the last sample; see docs/safety.md.
+    velocities if it has a :class:`humanoid_rail.Timing`. Of its events it is believed which hands grasp and release
+    what and when, and what an object may touch meanwhile, which the certificate names; where objects are follows from
+    the scene and the motion. Nothing else of the trajectory is believed. Joint limits are not looked at, nor is what
+    comes after the last sample; see docs/safety.md.
 
     Args:
         robot: The robot.
@@ -60,7 +63,8 @@ def verify(robot: Robot, scene: Scene, trajectory: SampledMotion, *, max_checks:
     check_kind("scene", scene, Scene)
     t, q, velocity = _checked_motion(robot, trajectory)
     warn_of_depth(robot, scene)
-    return certify(robot, scene.obstacles, t, q, velocity, max_checks=max_checks)
+    motion = sampled_motion(robot, t, q, velocity, checked_events(robot, scene, t, getattr(trajectory, "events", ())))
+    return certify_motion(robot, scene, motion, max_checks)
 
 
 def _checked_motion(robot: Robot, trajectory: SampledMotion) -> tuple[Array, Array, Array | None]:

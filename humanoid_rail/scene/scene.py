@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import BeforeValidator, Field, ValidationError
+from pydantic import BeforeValidator, Field, ValidationError, field_validator
 
 from humanoid_rail._arrays import Array, frozen
 from humanoid_rail._resources import resource
@@ -20,6 +20,7 @@ from humanoid_rail.errors import MISSING, InvalidInput, did_you_mean
 from humanoid_rail.model.position_limits import within_position_limits
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.model.robot_file import Start
+from humanoid_rail.scene.objects import check_holding, check_objects
 from humanoid_rail.scene.obstacles import Obstacle
 from humanoid_rail.scene.robot_of_scene import SceneRobot, load_named_robot
 from humanoid_rail.scene.targets import Step, Targets, position
@@ -48,10 +49,19 @@ class Scene(Frozen):
     stay wherever is convenient. Or a list of these, to be reached one after the other."""
     obstacles: Annotated[tuple[Obstacle, ...], BeforeValidator(plain)] = ()
     """What the links have to keep clear of."""
+    objects: Annotated[tuple[Obstacle, ...], BeforeValidator(plain)] = ()
+    """What hands can grasp: shapes with a name each. Where they stand the links keep clear of them, but for the hand
+    that grasps one."""
     expect: Any = None
     """A remark: what should come of it. Planning takes no notice."""
     checked: Any = None
     """A remark: how that is known. Planning takes no notice."""
+
+    @field_validator("objects")
+    @classmethod
+    def _can_be_held(cls, objects: tuple[Obstacle, ...]) -> tuple[Obstacle, ...]:
+        check_objects(objects)
+        return objects
 
     @property
     def steps(self) -> tuple[Step, ...]:
@@ -174,6 +184,7 @@ def check_scene(robot: Robot, scene: Scene) -> None:
                 raise InvalidInput(f"{where}.{hand}", MISSING, valid)
         if all(target is None for target in step.values()):
             raise InvalidInput(where, step, "a target for one hand at least")
+    check_holding(robot, scene.objects, scene.obstacles, scene.steps)
     within_position_limits(robot, start_of_scene(robot, scene), "initial")
 
 

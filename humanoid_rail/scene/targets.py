@@ -10,7 +10,7 @@ import pinocchio as pin
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
 
 from humanoid_rail._arrays import Array
-from humanoid_rail._validation import Angles, Frozen, Vector, plain
+from humanoid_rail._validation import Angles, Frozen, Positive, Vector, plain
 from humanoid_rail.scene.obstacles import not_zero
 
 ANY_AXIS = (1.0, 0.0, 0.0)
@@ -19,19 +19,44 @@ SAME = 1e-6
 """Targets that differ by no more than this along each axis are at the same place, m."""
 
 
+class Straight(Frozen):
+    """A straight way of a hand to its target or away from it."""
+
+    direction: Annotated[Vector, AfterValidator(not_zero)]
+    """Along which the hand moves, of any length."""
+    distance: Positive
+    """How far, m."""
+    pointing: bool = False
+    """Whether the hand points in this direction at the target; it may turn about it."""
+
+
+def _kind_of_approach(value: object) -> str:
+    return "<straight>" if isinstance(value, Mapping | Straight) else "<direction>"
+
+
 class Pose(Frozen):
-    """A point that a hand has to reach, and how it has to be turned there."""
+    """A point that a hand has to reach, how it has to be turned there, and how it comes and goes."""
 
     position: Vector
     """Where the hand has to be, m."""
-    approach: Annotated[Vector, AfterValidator(not_zero)] | None = None
-    """Direction along which the hand has to point, of any length; it may turn about it."""
+    approach: (
+        Annotated[
+            Annotated[Annotated[Vector, AfterValidator(not_zero)], Tag("<direction>")]
+            | Annotated[Straight, Tag("<straight>")],
+            Discriminator(_kind_of_approach),
+        ]
+        | None
+    ) = None
+    """Direction along which the hand has to point, of any length; it may turn about it. Or a :class:`Straight`: the
+    hand comes straight along it, and need not point anywhere."""
+    retreat: Straight | None = None
+    """The straight way that the hand takes from there, once it has grasped or released what the step says."""
     rpy: Angles | None = None
     """Orientation of the hand's frame as in URDF: roll, pitch and yaw about the fixed axes x, y, z, rad."""
 
     @model_validator(mode="after")
     def _at_most_one(self) -> Self:
-        if self.approach is not None and self.rpy is not None:
+        if pointing_direction(self) is not None and self.rpy is not None:
             raise ValueError("approach or rpy, not both")
         return self
 
@@ -39,6 +64,8 @@ class Pose(Frozen):
 def _kind_of_target(value: object) -> str:
     if value is None:
         return "<free>"
+    if isinstance(value, Line) or (isinstance(value, Mapping) and "end" in value):
+        return "<line>"
     return "<pose>" if isinstance(value, Mapping | Pose) else "<point>"
 
 
@@ -46,11 +73,23 @@ def _kind_of_targets(value: object) -> str:
     return "<one after the other>" if isinstance(value, list | tuple) else "<once>"
 
 
+class Line(Frozen):
+    """A straight path of a hand, which keeps its orientation on it."""
+
+    end: Vector
+    """The point where it ends, m."""
+    start: Vector | None = None
+    """The point where it begins, m, to which the hand moves first; where the hand is if not given."""
+
+
 Target = Annotated[
-    Annotated[Vector, Tag("<point>")] | Annotated[Pose, Tag("<pose>")] | Annotated[None, Tag("<free>")],
+    Annotated[Vector, Tag("<point>")]
+    | Annotated[Pose, Tag("<pose>")]
+    | Annotated[Line, Tag("<line>")]
+    | Annotated[None, Tag("<free>")],
     Discriminator(_kind_of_target),
 ]
-"""A point, a pose, or None for a hand that may stay wherever is convenient."""
+"""A point, a pose, a line, or None for a hand that may stay wherever is convenient."""
 
 
 class Step(Frozen):
@@ -65,6 +104,14 @@ class Step(Frozen):
     stop: bool = True
     """Whether the motion rests at these targets. If not, it passes them and goes on to the next ones; those of the last
     step it always rests at."""
+    grasp: Mapping[str, str] = {}
+    """What hands grasp once the targets are reached: the names of objects by those of hands. An object that two hands
+    grasp is held by both."""
+    release: Mapping[str, str] = {}
+    """What hands let go of once the targets are reached, before others are grasped: the names of objects by hands."""
+    contacts: Mapping[str, Annotated[tuple[str, ...], BeforeValidator(plain)]] = {}
+    """What a held object may touch on the straight ways of this step, by its name: obstacles and other objects, such as
+    what it is put down on. What it stands on when it is grasped it may touch on the way from there in any case."""
 
     @property
     def hands(self) -> Mapping[str, Target]:
@@ -129,9 +176,21 @@ else:
     """One step, or several that follow each other."""
 
 
-def position(target: Vector | Pose) -> Vector:
-    """Return the point of a target, m."""
-    return target.position if isinstance(target, Pose) else target
+def position(target: Vector | Pose | Line) -> Vector:
+    """Return the point of a target, m; of a line its end."""
+    match target:
+        case Pose():
+            return target.position
+        case Line():
+            return target.end
+    return target
+
+
+def pointing_direction(pose: Pose) -> Vector | None:
+    """Return the direction in which the hand has to point; None if none is given."""
+    if isinstance(pose.approach, Straight):
+        return pose.approach.direction if pose.approach.pointing else None
+    return pose.approach
 
 
 def direction(target: Target, pointing: tuple[float, float, float] | None) -> Array | None:
@@ -144,14 +203,14 @@ def direction(target: Target, pointing: tuple[float, float, float] | None) -> Ar
     if not isinstance(target, Pose) or not is_oriented(target):
         return None
     axis = np.array(pointing or ANY_AXIS)
-    along = np.array(target.approach if target.rpy is None else pin.rpy.rpyToMatrix(*target.rpy) @ axis)
+    along = np.array(pointing_direction(target) if target.rpy is None else pin.rpy.rpyToMatrix(*target.rpy) @ axis)
     unit: Array = along / np.linalg.norm(along)
     return unit
 
 
 def is_oriented(target: Target) -> bool:
     """Return whether a target asks for more than a point."""
-    return isinstance(target, Pose) and (target.approach is not None or target.rpy is not None)
+    return isinstance(target, Pose) and (pointing_direction(target) is not None or target.rpy is not None)
 
 
 def numbers_there(steps: Sequence[Step], step: int, hand: str) -> str:

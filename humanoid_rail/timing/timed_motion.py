@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -95,10 +95,12 @@ def certified_motion(
     return TimedMotion(t, q, velocity, acceleration, ends, certificate, time.perf_counter() - began)
 
 
-def joined_motion(robot: Robot, obstacles: tuple[Obstacle, ...], motions: Sequence[TimedMotion]) -> TimedMotion:
+def joined_motion(motions: Sequence[TimedMotion], proof: Callable[[Array, Array, Array], Certificate]) -> TimedMotion:
     """Return motions that follow each other as one; each begins where the one before ends, and both are at rest there.
 
-    Among obstacles at rest: each motion is certified as if it began at t = 0.
+    Args:
+        motions: The motions, among obstacles at rest: each is certified as if it began at t = 0.
+        proof: Certifies the whole, from times (N,), configurations (N, n) and velocities (N, n).
     """
     if len(motions) == 1:
         return motions[0]
@@ -110,7 +112,7 @@ def joined_motion(robot: Robot, obstacles: tuple[Obstacle, ...], motions: Sequen
     )
     ends = np.cumsum([len(motion.t) - 1 for motion in motions]).tolist()
     began = time.perf_counter()
-    certificate = certify(robot, obstacles, t, q, velocity)
+    certificate = proof(t, q, velocity)
     return TimedMotion(t, q, velocity, acceleration, ends, certificate, time.perf_counter() - began)
 
 

@@ -57,8 +57,8 @@ def carried(gripping: Robot, table: Scene) -> Trajectory:
     put = pose_of_hand(gripping, trajectory, release) * hold
     x, y, z, w = pin.Quaternion(put.rotation).coeffs()
     events = (
-        Event(grasp, "grasp", "part", ("left",), tuple(AT)),
-        Event(release, "release", "part", ("left",), tuple(put.translation), (x, y, z, w)),
+        Event(grasp, "grasp", "part", ("left",), tuple(AT), (1.0, 0.0, 0.0, 0.0)),
+        Event(release, "release", "part", ("left",), tuple(put.translation), (w, x, y, z)),
     )
     return replace(trajectory, motion=replace(trajectory.motion, events=events))
 

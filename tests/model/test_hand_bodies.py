@@ -41,7 +41,7 @@ def quiet(*source: str, **arguments: Any) -> Robot:
 
 
 def links_of(robot: Robot, hand: str) -> list[str]:
-    bodies = hand_bodies(robot, robot.hands[robot.hand(hand)])
+    bodies = hand_bodies(robot, hand)
     return list(dict.fromkeys(robot.link_names[i] for i in bodies))
 
 
@@ -159,9 +159,9 @@ def test_without_grippers_the_forearm_is_the_hand(robot: Robot) -> None:
 
 def test_links_of_a_hand_can_be_named() -> None:
     robot = quiet(grippers=1)
-    one = replace(robot.hands[0], links=("left_finger_1",))
-    assert [robot.link_names[i] for i in hand_bodies(robot, one)] == ["left_finger_1"]
-    assert hand_bodies(robot, replace(one, links=())) == ()
+    for links in (("left_finger_1",), ()):
+        hands = (replace(robot.hands[0], links=links), robot.hands[1])
+        assert links_of(replace(robot, hands=hands), "left") == list(links)
 
 
 def bodied(hands: dict[str, Any] | None = None) -> Robot:
@@ -177,7 +177,7 @@ def bodied(hands: dict[str, Any] | None = None) -> Robot:
 def test_bodies_of_a_robot_file_are_fixed_to_the_frame_of_the_hand() -> None:
     robot = bodied()
     assert links_of(robot, "left") == ["left_hand_bodies"]
-    own = hand_bodies(robot, robot.hands[0])
+    own = hand_bodies(robot, "left")
     box, capsule, ball = (robot.collision_model.geometryObjects[i].geometry for i in own)
     assert (box.halfSide.tolist(), capsule.radius, 2 * capsule.halfLength) == ([0.1, 0.05, 0.02], 0.02, 0.2)
     assert isinstance(capsule, coal.Capsule)
@@ -198,7 +198,9 @@ def test_bodies_of_a_robot_file_are_in_reports_and_saved(tmp_path: Path) -> None
     assert again.hands == robot.hands
     assert again.link_names == robot.link_names
     assert again.self_collision_pairs == robot.self_collision_pairs
-    assert [hand_bodies(again, hand) for hand in again.hands] == [hand_bodies(robot, hand) for hand in robot.hands]
+    assert [hand_bodies(again, name) for name in again.hand_names] == [
+        hand_bodies(robot, name) for name in robot.hand_names
+    ]
     again.save(tmp_path / "twice")
     assert (tmp_path / "twice" / "robot.yaml").read_text() == (tmp_path / "robot.yaml").read_text()
 

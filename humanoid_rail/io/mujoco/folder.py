@@ -13,7 +13,7 @@ from humanoid_rail._arrays import Array
 from humanoid_rail.errors import InvalidInput
 from humanoid_rail.io.mujoco.actuators import PositionActuator, gravity_load, needed_forces, position_actuators
 from humanoid_rail.io.mujoco.mjcf import mjcf
-from humanoid_rail.io.mujoco.objects import check_events, event_arrays, held_load, objects_of
+from humanoid_rail.io.mujoco.objects import check_events, event_arrays, held_load
 from humanoid_rail.io.mujoco.visual_meshes import visual_meshes
 from humanoid_rail.io.robot_motion import all_joints
 from humanoid_rail.model.robot import Robot
@@ -49,7 +49,7 @@ def mujoco_files(
         raise InvalidInput("trajectory.timing", None, valid)
     if len(trajectory.t) < 2:
         raise InvalidInput("trajectory.t", trajectory.t, "a motion of two samples or more")
-    objects = objects_of(scene) if objects is None else objects
+    objects = scene.objects if objects is None else objects
     check_events(robot, objects, trajectory)
     actuators, load = position_actuators(robot, trajectory.q), gravity_load(robot, trajectory.q)
     load = load + held_load(robot, objects, trajectory) if trajectory.events else load

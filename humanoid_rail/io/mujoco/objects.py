@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement
 
@@ -12,23 +12,19 @@ import pinocchio as pin
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.errors import InvalidInput, did_you_mean
+from humanoid_rail.events import Event, EventKind
 from humanoid_rail.io.mujoco.mjcf_bodies import body_names, find, numbers, place_attributes, shape_attributes
 from humanoid_rail.model.collision_bodies import coal_placement
 from humanoid_rail.model.hand_links import hand_bodies, link_of
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.model.urdf import read_urdf
+from humanoid_rail.scene.objects import pieces_of, placement_of
 from humanoid_rail.scene.obstacles import Obstacle
-from humanoid_rail.scene.shapes import PlacedShape, placed_shapes
+from humanoid_rail.scene.shapes import PlacedShape
 from humanoid_rail.trajectory import Trajectory
 
 DENSITY = 400.0
 """Objects are as dense as light wood, kg/m^3."""
-
-
-def pose_of(shape: Obstacle) -> pin.SE3:
-    """Return where the origin of an object is in the base frame before anything moves it, m."""
-    rpy = getattr(shape, "rpy", (0.0, 0.0, 0.0))
-    return pin.SE3(pin.rpy.rpyToMatrix(*rpy), np.array(getattr(shape, "center", (0.0, 0.0, 0.0))))
 
 
 def inertia_of(shape: Obstacle) -> pin.Inertia:
@@ -78,7 +74,7 @@ def add_objects(document: Element, robot: Robot, objects: Sequence[Obstacle], tr
     world, assets, qpos = find(document, "worldbody"), find(document, "asset"), list[float]()
     names, links = object_names(robot, objects), body_names(robot)
     for shape in objects:
-        name, pose = names[str(shape.name)], pose_of(shape)
+        name, pose = names[str(shape.name)], placement_of(shape)
         body = SubElement(world, "body", {"name": name, **place_attributes(pose)})
         SubElement(body, "freejoint", name=name)
         inertia = inertia_of(shape)
@@ -92,12 +88,13 @@ def add_objects(document: Element, robot: Robot, objects: Sequence[Obstacle], tr
             SubElement(body, "geom", {"class": "object", "name": f"{name} {k}" if k else name, **attributes})
         x, y, z, w = pin.Quaternion(pose.rotation).coeffs()
         qpos += [*pose.translation, w, x, y, z]
-    for name, hand in dict.fromkeys((event.object, hand) for event in trajectory.events for hand in event.hands):
+    held = [(grasp.object, hand) for grasp, _ in grasps(trajectory.events) for hand in grasp.hands]
+    for name, hand in dict.fromkeys(held):
         own = robot.hands[robot.hand(hand)]
         bodies = links[link_of(read_urdf(robot.urdf), own.frame)], names[name]
         attributes = {"name": weld_name(name, hand), "body1": bodies[0], "body2": bodies[1], "active": "false"}
         SubElement(find(document, "equality"), "weld", attributes)
-        for link in dict.fromkeys(robot.link_names[i] for i in hand_bodies(robot, own)):
+        for link in dict.fromkeys(robot.link_names[i] for i in hand_bodies(robot, hand)):
             SubElement(find(document, "contact"), "exclude", body1=links[link], body2=names[name])
     return np.array(qpos)
 
@@ -123,11 +120,18 @@ def event_arrays(robot: Robot, objects: Sequence[Obstacle], trajectory: Trajecto
     """Return what the player has to know of events and objects; nothing without objects."""
     if not objects:
         return {}
-    rows = [(e.t, weld_name(e.object, hand), e.kind == "grasp") for e in trajectory.events for hand in e.hands]
-    ends = dict(zip(object_names(robot, objects).values(), (pose_of(o).translation for o in objects), strict=True))
+    rows = [
+        (t, weld_name(grasp.object, hand), active)
+        for grasp, end in grasps(trajectory.events)
+        for t, active in ((grasp.t, True), (end, False))
+        for hand in grasp.hands
+        if np.isfinite(t)
+    ]
+    ends = dict(zip(object_names(robot, objects).values(), (placement_of(o).translation for o in objects), strict=True))
     for event in trajectory.events:  # where one is that is held at the end is not known here
-        name = object_names(robot, objects)[event.object]
-        ends[name] = np.array(event.position if event.kind == "release" else 3 * [np.nan])
+        if event.kind in (EventKind.GRASP, EventKind.RELEASE):
+            name = object_names(robot, objects)[event.object]
+            ends[name] = np.array(event.position if event.kind == EventKind.RELEASE else 3 * [np.nan])
     return {
         "event_time": np.array([t for t, _, _ in rows]),
         "event_weld": np.array([weld for _, weld, _ in rows], str),
@@ -137,6 +141,16 @@ def event_arrays(robot: Robot, objects: Sequence[Obstacle], trajectory: Trajecto
     }
 
 
+def grasps(events: Sequence[Event]) -> list[tuple[Event, float]]:
+    """Return each grasp and when it ends, s; infinite of an object that is held to the end."""
+    found = list[tuple[Event, float]]()
+    for i, grasp in enumerate(events):
+        if grasp.kind == EventKind.GRASP:
+            after = (e.t for e in events[i + 1 :] if e.object == grasp.object and e.kind == EventKind.RELEASE)
+            found.append((grasp, next(after, np.inf)))
+    return found
+
+
 def held_load(robot: Robot, objects: Sequence[Obstacle], trajectory: Trajectory) -> Array:
     """Return what bears the weight of objects that are held, at the samples (N, n), N and N m.
 
@@ -144,31 +158,18 @@ def held_load(robot: Robot, objects: Sequence[Obstacle], trajectory: Trajectory)
     """
     model, by_name = robot.model, {str(shape.name): shape for shape in objects}
     data, load = model.createData(), np.zeros_like(trajectory.q)
-    held: dict[str, tuple[float, tuple[str, ...], Any]] = {}
-    spans = list[tuple[float, float, tuple[str, ...], Any, str]]()
-    for event in trajectory.events:
-        if (before := held.pop(event.object, None)) is not None:
-            spans.append((before[0], event.t, before[1], before[2], event.object))
-        keeps = () if before is None else before[1]
-        left = (
-            (*keeps, *event.hands)
-            if event.kind == "grasp"
-            else tuple(hand for hand in keeps if hand not in event.hands)
-        )
-        if left:
-            held[event.object] = (event.t, left, event)
-    spans += [(t, np.inf, hands, event, name) for name, (t, hands, event) in held.items()]
-    for begin, end, hands, event, name in spans:
-        pose = pin.SE3(pin.Quaternion(np.array(event.quaternion)), np.array(event.position))
-        inertia = inertia_of(by_name[name])
-        weight = -inertia.mass * model.gravity.linear / len(hands)
+    for grasp, end in grasps(trajectory.events):
+        w, x, y, z = grasp.quaternion
+        pose = pin.SE3(pin.Quaternion(w, x, y, z), np.array(grasp.position))
+        inertia = inertia_of(by_name[grasp.object])
+        weight = -inertia.mass * model.gravity.linear / len(grasp.hands)
         middle = pose.act(inertia.lever)
-        for hand in hands:
+        for hand in grasp.hands:
             frame = model.getFrameId(robot.hands[robot.hand(hand)].frame)
-            at_grasp = robot.full_configuration(trajectory.configuration(event.t))
+            at_grasp = robot.full_configuration(trajectory.configuration(grasp.t))
             pin.framesForwardKinematics(model, data, at_grasp)
             lever = data.oMf[frame].actInv(middle)
-            for i in np.flatnonzero((trajectory.t >= begin) & (trajectory.t < end)):
+            for i in np.flatnonzero((trajectory.t >= grasp.t) & (trajectory.t < end)):
                 load[i] += _bearing(robot, data, frame, lever, weight, trajectory.q[i])
     return load
 
@@ -186,14 +187,4 @@ def _bearing(robot: Robot, data: Any, frame: int, lever: Array, force: Array, q:
 
 def _pieces(shape: Obstacle) -> list[tuple[Any, pin.SE3]]:
     """Return the convex pieces of an object and where they are in its frame, m."""
-    pose = pose_of(shape)
-    return [
-        (placed.shape, pose.actInv(pin.SE3(placed.placement.getRotation(), placed.placement.getTranslation())))
-        for placed in placed_shapes(shape)
-    ]
-
-
-def objects_of(scene: object) -> tuple[Obstacle, ...]:
-    """Return the objects of a scene that can be held."""
-    found: Mapping[str, Any] | Sequence[Any] = getattr(scene, "objects", ()) or ()
-    return tuple(found.values() if isinstance(found, Mapping) else found)
+    return list(zip(*pieces_of(shape, placement_of(shape)), strict=True))

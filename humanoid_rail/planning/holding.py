@@ -1,0 +1,182 @@
+"""Which hands hold what, where objects are, and the robot with the objects as bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field
+
+import coal
+import numpy as np
+import pinocchio as pin
+
+from humanoid_rail._arrays import Array
+from humanoid_rail.model.attached import ObjectBody, with_objects
+from humanoid_rail.model.hand_links import hand_bodies
+from humanoid_rail.model.robot import Robot
+from humanoid_rail.scene.objects import object_named, pieces_of, placement_of
+from humanoid_rail.scene.obstacles import Obstacle, name_of
+from humanoid_rail.scene.scene import Scene
+from humanoid_rail.scene.shapes import PlacedShape, distance_between
+
+Contacts = Mapping[str, frozenset[str]]
+"""What each object may touch, by its name: links, other objects, and obstacles as errors call them."""
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """An object in the hands of a robot."""
+
+    hands: tuple[str, ...]
+    """The hands that hold it; it moves with the first one."""
+    placement: pin.SE3
+    """Where its frame is in that of the first hand."""
+
+
+@dataclass(frozen=True, eq=False)
+class Holding:
+    """Where the objects of a scene are."""
+
+    standing: Mapping[str, pin.SE3]
+    """Where the frame of each object that no hand holds is in the base frame."""
+    held: Mapping[str, Held] = field(default_factory=dict)
+    """The others."""
+
+    def hands_of(self, name: str) -> tuple[str, ...]:
+        """Return the hands that hold an object."""
+        return self.held[name].hands if name in self.held else ()
+
+
+def at_the_start(scene: Scene) -> Holding:
+    """Return where the objects of a scene are at first: no hand holds any."""
+    return Holding({str(one.name): placement_of(one) for one in scene.objects})
+
+
+def hand_placement(robot: Robot, hand: str, q: Array) -> pin.SE3:
+    """Return where the frame of a hand is in the base frame at a configuration (n,)."""
+    data = robot.model.createData()
+    frame = robot.model.getFrameId(robot.hands[robot.hand(hand)].frame)
+    pin.forwardKinematics(robot.model, data, robot.full_configuration(q))
+    return pin.updateFramePlacement(robot.model, data, frame).copy()
+
+
+def object_placement(robot: Robot, holding: Holding, name: str, q: Array) -> pin.SE3:
+    """Return where the frame of an object is in the base frame, with the robot at a configuration (n,)."""
+    if name in holding.standing:
+        return holding.standing[name]
+    held = holding.held[name]
+    return hand_placement(robot, held.hands[0], q) * held.placement
+
+
+def after_release(robot: Robot, holding: Holding, names: Iterable[str], q: Array) -> Holding:
+    """Return what is held after some objects were released at a configuration (n,): they stand where they are."""
+    standing, held = dict(holding.standing), dict(holding.held)
+    for name in names:
+        standing[name] = object_placement(robot, holding, name, q)
+        del held[name]
+    return Holding(standing, held)
+
+
+def after_grasp(robot: Robot, holding: Holding, grasps: Mapping[str, tuple[str, ...]], q: Array) -> Holding:
+    """Return what is held after hands, by the names of objects, grasped these at a configuration (n,)."""
+    standing, held = dict(holding.standing), dict(holding.held)
+    for name, hands in grasps.items():
+        held[name] = Held(hands, hand_placement(robot, hands[0], q).inverse() * standing.pop(name))
+    return Holding(standing, held)
+
+
+def supports(robot: Robot, scene: Scene, holding: Holding, name: str, q: Array, within: float) -> frozenset[str]:
+    """Return the obstacles and other objects that an object is near, as a contact with them is called.
+
+    Args:
+        robot: The robot.
+        scene: The scene.
+        holding: Where its objects are.
+        name: The object.
+        q: Where the robot is (n,), m and rad.
+        within: How near, m.
+    """
+    pieces = _placed(scene, name, object_placement(robot, holding, name, q))
+    found = set[str]()
+    for number, obstacle in enumerate(scene.obstacles):
+        if _distance(pieces, _placed_obstacle(obstacle)) < within:
+            found.add(name_of(scene.obstacles, number))
+    for other in holding.standing:
+        if other != name and _distance(pieces, _placed(scene, other, holding.standing[other])) < within:
+            found.add(other)
+    return frozenset(found)
+
+
+def gap(scene: Scene, name: str, place: pin.SE3, point: Array) -> float:
+    """Return how far a point (3,) is from an object at a place, m; negative within it."""
+    return _distance(_placed(scene, name, place), [PlacedShape(coal.Sphere(0.0), coal.Transform3s(np.eye(3), point))])
+
+
+def _placed(scene: Scene, name: str, place: pin.SE3) -> list[PlacedShape]:
+    shape = object_named(scene.objects, name)
+    shapes, placements = pieces_of(shape, placement_of(shape))
+    return [_at(one, place * placement) for one, placement in zip(shapes, placements, strict=True)]
+
+
+def _placed_obstacle(obstacle: Obstacle) -> list[PlacedShape]:
+    shapes, placements = pieces_of(obstacle, pin.SE3.Identity())
+    return [_at(one, placement) for one, placement in zip(shapes, placements, strict=True)]
+
+
+def _at(shape: coal.CollisionGeometry, place: pin.SE3) -> PlacedShape:
+    return PlacedShape(shape, coal.Transform3s(place.rotation, place.translation))
+
+
+def _distance(one: Iterable[PlacedShape], other: Collection[PlacedShape]) -> float:
+    return min(distance_between(a, b) for a in one for b in other)
+
+
+def robot_among(robot: Robot, scene: Scene, holding: Holding, contacts: Contacts) -> tuple[Robot, tuple[Obstacle, ...]]:
+    """Return the robot with the objects as links, and the obstacles that are left.
+
+    What an object may touch is not checked against it. An obstacle that one may touch becomes a link that stays where
+    it is, as every link is checked against every obstacle.
+
+    Args:
+        robot: The robot.
+        scene: The scene.
+        holding: Where its objects are.
+        contacts: What each of them may touch.
+    """
+    if not scene.objects:
+        return robot, scene.obstacles
+    touched = frozenset[str]().union(*contacts.values())
+    bodies = [_body(robot, scene, holding, str(one.name), contacts) for one in scene.objects]
+    left = list[Obstacle]()
+    for number, obstacle in enumerate(scene.obstacles):
+        name = name_of(scene.obstacles, number)
+        if name in touched:
+            bodies.append(ObjectBody(name, *pieces_of(obstacle, pin.SE3.Identity())))
+        else:
+            left.append(obstacle)
+    return with_objects(robot, bodies), tuple(left) if len(left) < len(scene.obstacles) else scene.obstacles
+
+
+def _body(robot: Robot, scene: Scene, holding: Holding, name: str, contacts: Contacts) -> ObjectBody:
+    shape = object_named(scene.objects, name)
+    shapes, placements = pieces_of(shape, placement_of(shape))
+    joint, place = 0, holding.standing.get(name)
+    may_touch = set(contacts.get(name, ()))
+    if place is None:
+        held = holding.held[name]
+        frame = robot.model.frames[robot.model.getFrameId(robot.hands[robot.hand(held.hands[0])].frame)]
+        joint, place = frame.parentJoint, frame.placement * held.placement
+        may_touch.update(link for hand in held.hands for link in links_that_hold(robot, hand))
+    return ObjectBody(name, shapes, tuple(place * there for there in placements), joint, frozenset(may_touch))
+
+
+def links_that_hold(robot: Robot, hand: str) -> frozenset[str]:
+    """Return the links that touch what a hand holds."""
+    return frozenset(robot.link_names[body] for body in hand_bodies(robot, hand))
+
+
+def allowed(robot: Robot, contacts: Iterable[str]) -> frozenset[str]:
+    """Return what an object may touch by the names of links, other objects and obstacles; hands are their links."""
+    found = set[str]()
+    for name in contacts:
+        found |= links_that_hold(robot, name) if name in robot.hand_names else {name}
+    return frozenset(found)

@@ -1,0 +1,146 @@
+"""The moves of a motion: what its steps say, one rest after the other.
+
+A step is one move to its targets. Where a target has a straight approach, it is a move to where that begins and a
+straight one; a retreat is another straight move, after hands have grasped and released what the step says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from humanoid_rail._arrays import triple
+from humanoid_rail.events import EventKind
+from humanoid_rail.scene.obstacles import name_of
+from humanoid_rail.scene.scene import Scene
+from humanoid_rail.scene.targets import Line, Pose, Step, Straight, Target, position
+
+
+@dataclass(frozen=True)
+class Happening:
+    """An event that is to be: where and when is known once the motion to it is planned."""
+
+    kind: EventKind
+    object: str
+    hands: tuple[str, ...]
+    contacts: tuple[str, ...] = ()
+    """What the object may touch from then on, by name; what it stands on comes to that where it is grasped."""
+
+
+@dataclass(frozen=True)
+class Move:
+    """A part of a motion, from rest to rest."""
+
+    step: int
+    """The step of the scene that it belongs to, from 0."""
+    targets: Step
+    """What the hands have to reach."""
+    straight: tuple[str, ...] = ()
+    """The hands that move straight to their targets."""
+    begins: tuple[Happening, ...] = ()
+    """What happens before it."""
+    ends: tuple[Happening, ...] = ()
+    """What happens after it."""
+    arrives: bool = True
+    """Whether the targets of the step are reached at its end."""
+    said: str = ""
+    """What messages call it, such as `step 2 of 3, the retreat`."""
+
+
+def moves_of(scene: Scene) -> tuple[Move, ...]:
+    """Return the moves of a scene whose steps were checked."""
+    found, held, touching = list[Move](), dict[str, tuple[str, ...]](), dict[str, tuple[str, ...]]()
+    for number, step in enumerate(scene.steps):
+        moves, held, touching = _moves_of_step(scene, number, step, held, touching)
+        found += moves
+    return tuple(replace(move, said=f"step {move.step + 1} of {len(scene.steps)}{move.said}") for move in found)
+
+
+def _moves_of_step(
+    scene: Scene, number: int, step: Step, held: Mapping[str, tuple[str, ...]], touching: Mapping[str, tuple[str, ...]]
+) -> tuple[list[Move], dict[str, tuple[str, ...]], dict[str, tuple[str, ...]]]:
+    """Return the moves of a step, what is held after it, and what may touch something then, both by object."""
+    grasps, releases = by_object(step.grasp), by_object(step.release)
+    coming = [Happening(EventKind.APPROACH, name, hands, hands) for name, hands in grasps.items()]
+    coming += [
+        Happening(EventKind.APPROACH, name, held[name], obstacle_names(scene, step.contacts[name]))
+        for name in step.contacts
+        if name in held
+    ]
+    # What a step before had touch something is clear once the next move is made.
+    clearing = [Happening(EventKind.CLEAR, name, hands) for name, hands in touching.items()]
+    doing = [Happening(EventKind.RELEASE, name, hands, hands) for name, hands in releases.items()]
+    doing += [
+        Happening(EventKind.GRASP, name, hands, obstacle_names(scene, step.contacts.get(name, ())))
+        for name, hands in grasps.items()
+    ]
+    after = {**{name: hands for name, hands in held.items() if name not in releases}, **grasps}
+    left = {**{happening.object: happening.hands for happening in coming}, **releases, **grasps}
+    moves = list[Move]()
+    before = {hand: _before(target) for hand, target in step.items()}
+    straight = tuple(hand for hand, target in step.items() if _is_straight(target))
+    if any(before[hand] not in (None, target) for hand, target in step.items()):
+        moves.append(
+            Move(number, step.with_targets(before), (), (), tuple(clearing), False, ", to where the approach begins")
+        )
+        clearing = []
+    reached = step.with_targets({hand: _end(target) for hand, target in step.items()})
+    moves.append(Move(number, reached, straight, tuple(coming), (*clearing, *doing)))
+    away = {hand: _after(target) for hand, target in step.items()}
+    if any(target is not None for target in away.values()):
+        cleared = [Happening(EventKind.CLEAR, name, hands) for name, hands in left.items()]
+        hands = tuple(hand for hand, target in away.items() if target is not None)
+        moves.append(Move(number, step.with_targets(away), hands, (), tuple(cleared), False, ", the retreat"))
+        left = {}
+    return moves, after, left
+
+
+def by_object(hands: Mapping[str, str]) -> dict[str, tuple[str, ...]]:
+    """Return the hands of each object from the objects of hands."""
+    found: dict[str, tuple[str, ...]] = {}
+    for hand, name in hands.items():
+        found[name] = (*found.get(name, ()), hand)
+    return found
+
+
+def obstacle_names(scene: Scene, names: Sequence[str]) -> tuple[str, ...]:
+    """Return names of obstacles and objects, obstacles as errors call them, with their numbers."""
+    found = list[str]()
+    for name in names:
+        numbers = [i for i, obstacle in enumerate(scene.obstacles) if obstacle.name == name]
+        found += [name_of(scene.obstacles, i) for i in numbers] or [name]
+    return tuple(found)
+
+
+def _is_straight(target: Target) -> bool:
+    return isinstance(target, Line) or (isinstance(target, Pose) and isinstance(target.approach, Straight))
+
+
+def _end(target: Target) -> Target:
+    return target.end if isinstance(target, Line) else target
+
+
+def _before(target: Target) -> Target:
+    """Return where the straight approach to a target begins; the target itself if it has none."""
+    match target:
+        case Line(start=None):
+            return None
+        case Line():
+            return target.start
+        case Pose(approach=Straight() as approach):
+            return target.model_copy(update={"position": _shifted(target, approach, -1.0)})
+    return target
+
+
+def _after(target: Target) -> Target:
+    """Return where the straight retreat from a target ends; None if it has none."""
+    if isinstance(target, Pose) and target.retreat is not None:
+        return target.model_copy(update={"position": _shifted(target, target.retreat, 1.0)})
+    return None
+
+
+def _shifted(target: Pose, straight: Straight, sign: float) -> tuple[float, float, float]:
+    along = np.array(straight.direction) / np.linalg.norm(straight.direction)
+    return triple(np.array(position(target)) + sign * straight.distance * along)

@@ -1,0 +1,144 @@
+"""The phases of a motion along which hands grasp and release objects: in each, the bodies to be checked are others."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import groupby
+
+import numpy as np
+
+from humanoid_rail._arrays import Array
+from humanoid_rail.collision.certificate import Certificate, combined
+from humanoid_rail.collision.certifier import certify
+from humanoid_rail.events import Event, EventKind
+from humanoid_rail.kinematics.state import Course
+from humanoid_rail.model.robot import Robot
+from humanoid_rail.planning.holding import (
+    Contacts,
+    Holding,
+    after_grasp,
+    after_release,
+    allowed,
+    at_the_start,
+    robot_among,
+)
+from humanoid_rail.problem import Problem
+from humanoid_rail.resampling import evaluate
+from humanoid_rail.result import Method, Motion, Timing
+from humanoid_rail.samples import Samples, samples_along
+from humanoid_rail.scene.obstacles import Obstacle
+from humanoid_rail.scene.scene import Scene
+
+
+@dataclass(frozen=True, eq=False)
+class Phase:
+    """A part of a motion in which the same hands hold the same objects."""
+
+    begin: float
+    """When it begins, s."""
+    end: float
+    """When it ends, s."""
+    robot: Robot
+    """The robot with the objects as links."""
+    obstacles: tuple[Obstacle, ...]
+    """What is an obstacle then."""
+    holding: Holding
+    """Where the objects are."""
+
+
+def phases_of(robot: Robot, scene: Scene, motion: Motion) -> tuple[Phase, ...]:
+    """Return the phases of a motion in turn.
+
+    Args:
+        robot: The robot, without objects.
+        scene: The scene.
+        motion: The motion of the robot, with what happens along it.
+    """
+    holding, contacts = at_the_start(scene), dict[str, frozenset[str]]()
+    found, begin = list[Phase](), float(motion.t[0])
+    for t, together in groupby(motion.events, key=lambda event: event.t):
+        if t > begin:
+            found.append(Phase(begin, t, *robot_among(robot, scene, holding, contacts), holding))
+            begin = t
+        holding, contacts = _after(robot, holding, contacts, list(together), evaluate(motion, np.array([t]))[0][0])
+    found.append(Phase(begin, float(motion.t[-1]), *robot_among(robot, scene, holding, contacts), holding))
+    return tuple(found)
+
+
+def _after(
+    robot: Robot, holding: Holding, contacts: Contacts, events: Sequence[Event], q: Array
+) -> tuple[Holding, dict[str, frozenset[str]]]:
+    """Return where objects are after events at a configuration (n,), and what they may touch."""
+    released = [event.object for event in events if event.kind == EventKind.RELEASE]
+    grasped = {event.object: event.hands for event in events if event.kind == EventKind.GRASP}
+    holding = after_grasp(robot, after_release(robot, holding, released, q), grasped, q)
+    return holding, {**contacts, **{event.object: allowed(robot, event.contacts) for event in events}}
+
+
+def certify_motion(robot: Robot, scene: Scene, motion: Motion, max_checks: int | None = None) -> Certificate:
+    """Return what can be proven of a motion among the obstacles and objects of a scene; see :func:`certify`.
+
+    Args:
+        robot: The robot, without objects.
+        scene: The scene.
+        motion: The motion, with what happens along it.
+        max_checks: How many distances may be measured in each phase.
+    """
+    parts = list[Certificate]()
+    for phase in phases_of(robot, scene, motion):
+        t, q, velocity = part_of(motion, phase.begin, phase.end)
+        parts.append(certify(phase.robot, phase.obstacles, t, q, velocity, max_checks=max_checks))
+    return combined(parts)
+
+
+def part_of(motion: Motion, begin: float, end: float) -> tuple[Array, Array, Array | None]:
+    """Return times (K,), configurations (K, n) and velocities (K, n), if any, of a motion between two times in s."""
+    first, last = motion.t[0], motion.t[-1]
+    if begin <= first and end >= last:
+        return motion.t, motion.q, None if motion.timing is None else motion.timing.velocity
+    inside = (motion.t > begin) & (motion.t < end)
+    t = np.concatenate([[begin], motion.t[inside], [end] if end > begin else []])
+    q, velocity, _ = evaluate(motion, t)
+    return t, q, None if motion.timing is None else velocity
+
+
+def sampled_motion(robot: Robot, t: Array, q: Array, velocity: Array | None, events: tuple[Event, ...] = ()) -> Motion:
+    """Return a motion from its samples: linear between them, or the cubic spline if there are velocities (N, n)."""
+    timing = None if velocity is None else Timing(velocity, np.zeros_like(velocity), ())
+    return Motion(t, q, robot.joint_names, timing, events)
+
+
+def among_objects(problem: Problem) -> Problem:
+    """Return a problem in whose robot the objects of its scene are links, where they stand at first."""
+    names = {str(one.name) for one in problem.scene.objects}
+    if not names or names & set(problem.robot.link_names):
+        return problem
+    robot, _ = robot_among(problem.robot, problem.scene, at_the_start(problem.scene), {})
+    return Problem(robot, problem.scene, problem.tasks, problem.q)
+
+
+def samples_of(robot: Robot, scene: Scene, motion: Motion, method: Method, engine: str = "native") -> Samples:
+    """Return the samples of a motion among the obstacles and objects of a scene; see :func:`samples_along`.
+
+    What a hand holds counts as a link. Where it may touch an obstacle, the robot alone counts for that one.
+    """
+    if not scene.objects:
+        return samples_along(robot, scene.obstacles, motion.t, motion.q, method, engine)
+
+    def compute() -> Course:
+        parts = list[Course]()
+        phases = phases_of(robot, scene, motion)
+        for number, phase in enumerate(phases):
+            last = number == len(phases) - 1
+            inside = (motion.t >= phase.begin) & ((motion.t <= phase.end) if last else (motion.t < phase.end))
+            t, q = motion.t[inside], motion.q[inside]
+            bare = samples_along(robot, scene.obstacles, t, q, method, engine).course
+            held = samples_along(phase.robot, phase.obstacles, t, q, method, engine).course
+            clearance = bare.clearance.copy()
+            left = {id(one) for one in phase.obstacles}
+            clearance[:, [id(one) in left for one in scene.obstacles]] = held.clearance
+            parts.append(bare._replace(clearance=clearance))
+        return Course(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
+
+    return Samples(robot.hand_names, compute, robot)

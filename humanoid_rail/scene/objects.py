@@ -1,0 +1,169 @@
+"""The objects of a scene that hands can hold: where they stand, and whether steps say what can be done with them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import coal
+import numpy as np
+import pinocchio as pin
+
+from humanoid_rail.errors import InvalidInput, did_you_mean
+from humanoid_rail.model.robot import Robot
+from humanoid_rail.scene.obstacles import HalfSpace, Obstacle, is_moving
+from humanoid_rail.scene.shapes import placed_shapes
+from humanoid_rail.scene.targets import Line, Pose, Step, Straight
+
+Pieces = tuple[tuple[coal.CollisionGeometry, ...], tuple[pin.SE3, ...]]
+"""The convex pieces of an object, and where each is in its frame."""
+
+
+def placement_of(shape: Obstacle) -> pin.SE3:
+    """Return where the frame of an object or an obstacle is in the base frame; of a half-space it is the base frame."""
+    if isinstance(shape, HalfSpace):
+        return pin.SE3.Identity()
+    return pin.SE3(pin.rpy.rpyToMatrix(*getattr(shape, "rpy", (0.0, 0.0, 0.0))), np.array(shape.center))
+
+
+def pieces_of(shape: Obstacle, frame: pin.SE3) -> Pieces:
+    """Return the convex pieces of an object or an obstacle in a frame, given in the base frame."""
+    placed = placed_shapes(shape)
+    inverse = frame.inverse()
+    return (
+        tuple(piece.shape for piece in placed),
+        tuple(inverse * pin.SE3(piece.placement.getRotation(), piece.placement.getTranslation()) for piece in placed),
+    )
+
+
+def check_objects(objects: Sequence[Obstacle]) -> None:
+    """Check that objects can be held: each has a name of its own, ends somewhere and does not move by itself.
+
+    Raises:
+        ValueError: If one cannot be.
+    """
+    known = set[str]()
+    for number, one in enumerate(objects):
+        if one.name is None:
+            raise ValueError(
+                f"objects with a name each: the steps say by it what is grasped; objects[{number}] has none"
+            )
+        if one.name in known:
+            raise ValueError(f"objects with a name each; two are called {one.name}")
+        if isinstance(one, HalfSpace):
+            raise ValueError(f"objects that a hand can hold; {one.name} is a half-space, which has no end")
+        if is_moving(one):
+            raise ValueError(f"objects that stand still until they are grasped; {one.name} has a velocity")
+        known.add(one.name)
+
+
+def object_named(objects: Sequence[Obstacle], name: str) -> Obstacle:
+    """Return the object of a name, which is there."""
+    return next(one for one in objects if one.name == name)
+
+
+def check_holding(
+    robot: Robot, objects: Sequence[Obstacle], obstacles: Sequence[Obstacle], steps: Sequence[Step]
+) -> None:
+    """Check what steps say of objects: who grasps, holds, releases and moves what.
+
+    Args:
+        robot: The robot.
+        objects: What can be held.
+        obstacles: What cannot.
+        steps: The steps, one after the other.
+
+    Raises:
+        InvalidInput: If a hand grasps what is not there or held, holds something already, releases what it does not
+            hold, or a name is not known.
+    """
+    frames = {frame.name for frame in robot.model.frames}
+    for number, one in enumerate(objects):
+        if one.name in frames or one.name in robot.hand_names:
+            valid = f"a name that nothing of the robot has; it is that of {_what(robot, str(one.name))}"
+            raise InvalidInput(f"objects[{number}].name", one.name, valid)
+    names = [str(one.name) for one in objects]
+    others = [*names, *(str(one.name) for one in obstacles if one.name is not None)]
+    held: dict[str, tuple[str, ...]] = {}
+    for number, step in enumerate(steps):
+        where = f"targets[{number}]" if len(steps) > 1 else "targets"
+        _check_contacts(where, step, names, others)
+        held = _after_release(where, robot, step, names, held)
+        held = _after_grasp(where, robot, step, names, held)
+
+
+def _what(robot: Robot, name: str) -> str:
+    return "a hand" if name in robot.hand_names else "a link or frame"
+
+
+def _check_contacts(where: str, step: Step, names: Sequence[str], others: Sequence[str]) -> None:
+    for name, touched in step.contacts.items():
+        _check_known(f"{where}.contacts.{name}", name, names)
+        for other in touched:
+            if other not in others or other == name:
+                valid = f"the name of an obstacle or of another object{did_you_mean(other, others)}"
+                raise InvalidInput(
+                    f"{where}.contacts.{name}", other, f"{valid}; there are: {', '.join(others) or 'none'}"
+                )
+    if step.contacts and not any(_is_straight(target) for target in step.values()):
+        valid = "given for a step with a straight approach or retreat: contacts are allowed on these alone"
+        raise InvalidInput(f"{where}.contacts", dict(step.contacts), valid)
+
+
+def _is_straight(target: object) -> bool:
+    if isinstance(target, Line):
+        return True
+    return isinstance(target, Pose) and (isinstance(target.approach, Straight) or target.retreat is not None)
+
+
+def _after_release(
+    where: str, robot: Robot, step: Step, names: Sequence[str], held: Mapping[str, tuple[str, ...]]
+) -> dict[str, tuple[str, ...]]:
+    """Return what is held, by hands, after a step has released what it says."""
+    for hand, name in step.release.items():
+        field = f"{where}.release.{hand}"
+        _check_hand(field, robot, hand)
+        _check_known(field, name, names)
+        if hand not in held.get(name, ()):
+            holding = next((other for other, hands in held.items() if hand in hands), None)
+            valid = f"what the hand holds then: {holding}" if holding else "nothing: the hand holds nothing then"
+            raise InvalidInput(field, name, valid)
+    for name, hands in held.items():
+        letting_go = {hand for hand in hands if step.release.get(hand) == name}
+        if letting_go and letting_go != set(hands):
+            valid = f"released by all hands that hold it: {', '.join(hands)}"
+            raise InvalidInput(f"{where}.release", dict(step.release), f"{name} {valid}")
+    return {name: hands for name, hands in held.items() if name not in step.release.values()}
+
+
+def _after_grasp(
+    where: str, robot: Robot, step: Step, names: Sequence[str], held: dict[str, tuple[str, ...]]
+) -> dict[str, tuple[str, ...]]:
+    """Return what is held, by hands, after a step has grasped what it says."""
+    found = dict(held)
+    for hand, name in step.grasp.items():
+        field = f"{where}.grasp.{hand}"
+        _check_hand(field, robot, hand)
+        _check_known(field, name, names)
+        if step.get(hand) is None:
+            raise InvalidInput(field, name, f"a grasp of a hand that has a target in this step; {hand} has none")
+        holding = next((other for other, hands in held.items() if hand in hands), None)
+        if holding is not None:
+            raise InvalidInput(field, name, f"an object for a hand that holds nothing; {hand} holds {holding} then")
+        if name in held:
+            raise InvalidInput(field, name, f"an object that no hand holds; {', '.join(held[name])} has it then")
+        found[name] = (*found.get(name, ()), hand)
+    return found
+
+
+def _check_hand(field: str, robot: Robot, hand: str) -> None:
+    if hand not in robot.hand_names:
+        near = did_you_mean(hand, robot.hand_names)
+        raise InvalidInput(field, hand, f"a hand of the robot{near}; there are: {', '.join(robot.hand_names)}")
+
+
+def _check_known(field: str, name: str, names: Sequence[str]) -> None:
+    if name not in names:
+        valid = (
+            f"the name of an object of the scene{did_you_mean(name, names)}; there are: {', '.join(names) or 'none'}"
+        )
+        raise InvalidInput(field, name, valid)
