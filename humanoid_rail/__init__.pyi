@@ -2,6 +2,7 @@
 from .collision.certificate import Certificate, Contact
 from .diagnosis import BlockingPair, Diagnosis, Miss, Remedy
 from .errors import EngineMissing, HumanoidRailError, InvalidInput
+from .events import Event
 from .following.follower import Follower
 from .following.state import CycleTimes, FollowerState, FollowerStatus, NearPair
 from .io.export import export
@@ -14,6 +15,7 @@ from .kinematics.native_kinematics import NativeKinematics
 from .kinematics.state import State
 from .kinematics.task import ConfigurationTask, DirectionTask, PointTask, RelativeTask, Task
 from .model.building import robot_from_urdf
+from .model.hand_links import hand_bodies
 from .model.humanoid import build_urdf
 from .model.library import load_robot, robots
 from .model.robot import Hand, Robot
@@ -49,6 +51,7 @@ __all__ = [
     "DirectionTask",
     "DistanceTask",
     "EngineMissing",
+    "Event",
     "Follower",
     "FollowerState",
     "FollowerStatus",
@@ -93,6 +96,7 @@ __all__ = [
     "WorkerDied",
     "build_urdf",
     "export",
+    "hand_bodies",
     "load_robot",
     "load_robot_of_scene",
     "load_scene",

@@ -238,13 +238,17 @@ def _mapped(field: str, root: str) -> str:
     return "the names of the hands and their targets" if "targets" in field else "keys and values"
 
 
+SHAPES = ("obstacles", "bodies")
+"""Lists of shapes, each of which has a type."""
+
+
 def _path(location: tuple[int | str, ...]) -> str:
     """Return pydantic's location as a path, without the names of types that it adds."""
     path = ""
-    for before, part in zip((None, *location), location, strict=False):
-        # After an index pydantic names the type of the obstacle; and it names the members of unions.
-        of_obstacle = isinstance(before, int) and isinstance(part, str) and location[0] == "obstacles"
-        is_type = of_obstacle or "constrained" in str(part) or str(part).startswith("<")
+    for i, part in enumerate(location):
+        # After an index pydantic names the type of the shape; and it names the members of unions.
+        in_list = i > 1 and isinstance(location[i - 1], int) and isinstance(part, str)
+        is_type = (in_list and location[i - 2] in SHAPES) or "constrained" in str(part) or str(part).startswith("<")
         if not is_type:
             path += f"[{part}]" if isinstance(part, int) else f".{part}"
     return path.lstrip(".")

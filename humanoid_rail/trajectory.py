@@ -12,7 +12,7 @@ from humanoid_rail._arrays import Array
 from humanoid_rail.collision.certificate import Certificate
 from humanoid_rail.diagnosis import Diagnosis
 from humanoid_rail.errors import MISSING, InvalidInput
-from humanoid_rail.events import Event
+from humanoid_rail.events import Event, events_data
 from humanoid_rail.kinematics.joint_limits import Violation
 from humanoid_rail.kinematics.path_metric import PathQuality
 from humanoid_rail.model.robot import Robot
@@ -264,6 +264,7 @@ class Trajectory:
             "certificate": None if certificate is None else asdict(certificate),
             "violations": [asdict(violation) for violation in self.violations],
             "arrivals": list(self.arrivals),
+            **({"events": events_data(self.events)} if self.events else {}),
             "peaks": None if self.timing is None else [_finite(asdict(peak)) for peak in self.timing.peaks],
             "manipulability_final": float(self.manipulability[-1]),
             "scene": self.provenance.scene,

@@ -9,7 +9,7 @@ from pathlib import Path
 from humanoid_rail._files import check_file, check_folder, write_file, write_files
 from humanoid_rail.errors import InvalidInput, check_kind, did_you_mean
 from humanoid_rail.io.robot_motion import check_motion
-from humanoid_rail.io.ros import joint_trajectory, json_text, yaml_text
+from humanoid_rail.io.ros import joint_trajectory, json_text, notes_text, yaml_text
 from humanoid_rail.io.tables import csv_bytes, npz_bytes
 from humanoid_rail.io.trajectory_files import SUMMARY
 from humanoid_rail.model.robot import Robot
@@ -58,7 +58,8 @@ def export(
         passive: Whether the two ROS formats have the passive joints too; the other formats are always the same.
 
     Returns:
-        The files written.
+        The files written; of a motion with events the two ROS formats write them to a file beside the message, such as
+        `motion.events.yaml`.
 
     Raises:
         InvalidInput: If there is no such format, the motion is not one of this robot or cannot be had in this format,
@@ -109,12 +110,27 @@ def _write_npz(job: Job) -> tuple[Path, ...]:
 
 def _write_ros_json(job: Job) -> tuple[Path, ...]:
     message = joint_trajectory(job.trajectory, job.robot, passive=job.passive)
-    return _write_file(job.out, json_text(message).encode())
+    return _write_message(job, json_text(message))
 
 
 def _write_ros_yaml(job: Job) -> tuple[Path, ...]:
     message = joint_trajectory(job.trajectory, job.robot, passive=job.passive)
-    return _write_file(job.out, yaml_text(message).encode())
+    return _write_message(job, yaml_text(message))
+
+
+def _write_message(job: Job, text: str) -> tuple[Path, ...]:
+    """Write a message and, as it has no place for events, a file beside it with these if there are any."""
+    beside = events_file(job.out)
+    if job.trajectory.events:
+        return (write_file(job.out, text.encode()), write_file(beside, notes_text(job.trajectory.events).encode()))
+    if beside.is_file():  # of a motion that was exported there before
+        beside.unlink()
+    return _write_file(job.out, text.encode())
+
+
+def events_file(out: Path) -> Path:
+    """Return the file beside a message of ROS that has the events."""
+    return out.with_name(f"{out.stem}.events{out.suffix}")
 
 
 def _write_mujoco(job: Job) -> tuple[Path, ...]:

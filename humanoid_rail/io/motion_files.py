@@ -16,6 +16,7 @@ from humanoid_rail._arrays import Array
 from humanoid_rail._yaml import parse_yaml
 from humanoid_rail.errors import MISSING, InvalidInput, did_you_mean
 from humanoid_rail.io.foreign_joints import actuated_columns
+from humanoid_rail.io.tables import EVENT
 from humanoid_rail.io.trajectory_files import DAMAGED
 from humanoid_rail.kinematics.joint_limits import JointMotion, Violation, limit_violations, sampled
 from humanoid_rail.model.robot import Robot
@@ -187,6 +188,9 @@ def _of_csv(file: Path) -> _Table:
     rows = [row for _, row in lines[1:]]
     columns = dict(zip(names, zip(*rows, strict=True), strict=True)) if rows else dict.fromkeys(names, ())
     table = _Table(t=_pop(columns, TIMES))
+    if EVENT in columns and not all(map(_is_number, columns[EVENT])):
+        del columns[EVENT]
+        table.ignored.append(EVENT)
     derivatives: dict[str, dict[str, Any]] = {"velocity": {}, "acceleration": {}}
     for name in list(columns):
         joint, _, what = name.rpartition("_")
@@ -205,6 +209,14 @@ def _of_csv(file: Path) -> _Table:
         if found:
             setattr(table, what, _side_by_side(found, list(columns), what))
     return table
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _side_by_side(columns: Mapping[str, Any], names: Sequence[str], what: str) -> Array:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.errors import InvalidInput
+from humanoid_rail.events import Event
 from humanoid_rail.io.robot_motion import all_joints, check_motion
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.trajectory import Trajectory
@@ -58,12 +59,42 @@ def joint_trajectory(trajectory: Trajectory, robot: Robot, *, passive: bool = Fa
     }
 
 
+def event_notes(events: Sequence[Event]) -> list[dict[str, Any]]:
+    """Return events as plain data: the time as a ROS duration, the object's pose as `geometry_msgs/msg/Pose` has it.
+
+    Times are rounded to nanoseconds.
+    """
+    return [
+        {
+            "time_from_start": _duration(round(event.t * _NANOSECONDS)),
+            "kind": event.kind,
+            "object": event.object,
+            "hands": list(event.hands),
+            "contacts": list(event.contacts),
+            "pose": {
+                "position": dict(zip("xyz", event.position, strict=True)),
+                "orientation": dict(zip("wxyz", event.quaternion, strict=True)),
+            },
+        }
+        for event in events
+    ]
+
+
+def notes_text(events: Sequence[Event]) -> str:
+    """Return events as JSON, which is YAML too, an event a line."""
+    return "[\n" + ",\n".join(f"  {_flow(note)}" for note in event_notes(events)) + "\n]\n"
+
+
+def _duration(nanoseconds: int) -> dict[str, int]:
+    return {"sec": nanoseconds // _NANOSECONDS, "nanosec": nanoseconds % _NANOSECONDS}
+
+
 def _durations(t: Array) -> list[dict[str, int]]:
     """Return times (N,) in s as ROS has them."""
     nanoseconds = [round(time * _NANOSECONDS) for time in t.tolist()]
     if nanoseconds[0] < 0 or nanoseconds[-1] > _LAST_SECOND * _NANOSECONDS or (np.diff(nanoseconds) <= 0).any():
         raise InvalidInput("trajectory.t", t, "times from 0 to 68 years that increase by a nanosecond or more")
-    return [{"sec": time // _NANOSECONDS, "nanosec": time % _NANOSECONDS} for time in nanoseconds]
+    return [_duration(time) for time in nanoseconds]
 
 
 def json_text(message: Mapping[str, Any]) -> str:

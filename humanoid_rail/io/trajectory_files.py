@@ -17,6 +17,7 @@ from humanoid_rail._files import write_files
 from humanoid_rail.collision.certificate import Certificate, Contact
 from humanoid_rail.diagnosis import read_diagnosis
 from humanoid_rail.errors import InvalidInput
+from humanoid_rail.events import read_events
 from humanoid_rail.io.tables import csv_bytes, npz_bytes
 from humanoid_rail.kinematics.deviation import Deviation
 from humanoid_rail.kinematics.joint_limits import Violation
@@ -103,7 +104,8 @@ def _motion(summary: Mapping[str, Any], arrays: Mapping[str, Any]) -> Motion:
         ]
         derivatives = frozen(arrays["velocity"]), frozen(arrays["acceleration"])
         timing = Timing(*derivatives, tuple(Peak(**peak) for peak in peaks))
-    return Motion(frozen(arrays["t"]), frozen(arrays["q"]), tuple(summary["joint_names"]), timing)
+    events = read_events(summary.get("events", ()))
+    return Motion(frozen(arrays["t"]), frozen(arrays["q"]), tuple(summary["joint_names"]), timing, events)
 
 
 def _samples(summary: Mapping[str, Any], arrays: Mapping[str, Any]) -> Samples:

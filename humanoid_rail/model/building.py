@@ -16,7 +16,7 @@ from humanoid_rail._arrays import Array, checked_array, frozen
 from humanoid_rail.errors import MISSING, InvalidInput
 from humanoid_rail.model.collision_bodies import collision_bodies
 from humanoid_rail.model.followers import ActuatedLimits, folded_limits
-from humanoid_rail.model.pairs import Pairs, choose_pairs, disabled_pairs
+from humanoid_rail.model.pairs import Pairs, choose_pairs, disabled_pairs, rigid_pairs
 from humanoid_rail.model.robot import Hand, Robot
 from humanoid_rail.model.urdf import Urdf, read_urdf
 from humanoid_rail.model.urdf_elements import read_text
@@ -66,13 +66,34 @@ def robot_from_urdf(
             have fewer than three joints, there are no collision bodies or one is a mesh, the SRDF is none, a passive
             joint cannot keep its limits wherever its leader is, or `initial` has the wrong size.
     """
-    text = read_text("urdf", urdf)
+    return robot_as_written(read_text("urdf", urdf), srdf, hands, initial)
+
+
+def robot_as_written(
+    text: str,
+    srdf: str | Path | None,
+    hands: Sequence[Hand],
+    initial: ArrayLike | None = None,
+    *,
+    with_rigid_pairs: bool = True,
+) -> Robot:
+    """Return a robot as :func:`robot_from_urdf` does from the text of its URDF.
+
+    Args:
+        text: The URDF.
+        srdf: As there.
+        hands: As there.
+        initial: As there.
+        with_rigid_pairs: Whether links that no joint moves relative to each other are checked against each other.
+    """
     mechanism = read_mechanism(text)
     bodies = collision_bodies(mechanism.model, mechanism.urdf, {})
     check_hands(mechanism.model, mechanism.joint_names, hands)
     middle = (mechanism.limits.lower + mechanism.limits.upper) / 2
     start = checked_start(mechanism, middle if initial is None else initial)
     disabled = disabled_pairs(mechanism.model, read_text("srdf", srdf) if srdf else None)
+    if not with_rigid_pairs:
+        disabled = rigid_pairs(mechanism.model, bodies) | disabled
     pairs = choose_pairs(mechanism.model, bodies, disabled, mechanism.full_configuration(start))
     return build_robot(mechanism, text, bodies, pairs, hands, start)
 

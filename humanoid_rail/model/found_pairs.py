@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.errors import InvalidInput, did_you_mean
-from humanoid_rail.model.pairs import DISABLED, NO_JOINT
+from humanoid_rail.model.pairs import DISABLED, rigid_pairs
 from humanoid_rail.model.robot_file import DistanceEntry, PairsEntry
 from humanoid_rail.model.survey import ALWAYS_NEAR, POSTURES, Survey
 from humanoid_rail.model.urdf import Urdf
@@ -65,11 +65,7 @@ def find_pairs(
         InvalidInput: If a robot file names a link or a body that is not there.
     """
     links = [model.frames[body.parentFrame].name for body in bodies.geometryObjects]
-    left_out = {
-        frozenset((links[i], links[j])): NO_JOINT
-        for (i, a), (j, b) in combinations(enumerate(bodies.geometryObjects), 2)
-        if a.parentJoint == b.parentJoint and links[i] != links[j]
-    }
+    left_out = rigid_pairs(model, bodies)
     named = {_named(links, entry.links): entry.why for entry in given.left_out}
     own = {pair: entry.distance for entry in given.distances for pair in _bodies(links, entry)}
     if seen is None:

@@ -33,6 +33,8 @@ class FoundHand:
     why: str
     """How it was found, for a report."""
     is_arm_given: bool = False
+    links: tuple[str, ...] | None = None
+    """Its links, if they are given."""
 
 
 @dataclass(frozen=True)

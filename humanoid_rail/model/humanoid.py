@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 from humanoid_rail._arrays import FARTHEST
 from humanoid_rail._resources import resource
 from humanoid_rail.errors import InvalidInput, checked_number, did_you_mean
-from humanoid_rail.model.building import robot_from_urdf
+from humanoid_rail.model.building import robot_as_written
 from humanoid_rail.model.robot import Hand, Robot
 from humanoid_rail.model.units import check_units
 
@@ -28,6 +28,9 @@ SMALLEST = 1e-6
 """Lengths, rates, efforts and densities are at least this; SI units."""
 LARGEST = 1e9
 """Rates, efforts and densities are at most this; SI units."""
+
+SWITCHES = ("trunk_bodies", "grippers")
+"""These arguments are 1 or 0."""
 
 _XACRO_TAG = "{http://www.ros.org/wiki/xacro}"
 _F = TypeVar("_F", bound=Callable[..., object])
@@ -60,6 +63,8 @@ class RobotArguments(TypedDict, total=False):
     """Radius of the collision capsules, m; 0 for bones without thickness."""
     trunk_bodies: SupportsFloat
     """Whether trunk, head and hands have collision bodies, 1 or 0."""
+    grippers: SupportsFloat
+    """Whether the hands are grippers with collision bodies, a palm and two fingers, 1 or 0."""
     rail_lower: SupportsFloat
     """Lower position limit of the rail, m."""
     rail_upper: SupportsFloat
@@ -165,11 +170,12 @@ def paper_robot(urdf: str) -> Robot:
     Raises:
         InvalidInput: If the text is no URDF, or not one of this robot.
     """
-    return robot_from_urdf(
+    return robot_as_written(
         urdf,
         resource("robots", SRDF).read_text(encoding="utf-8"),
         hands=[Hand(side, f"{side}_hand", tuple(f"{side}_{j}" for j in ARM_JOINTS)) for side in ("left", "right")],
         initial=INITIAL,
+        with_rigid_pairs=False,
     )
 
 
@@ -178,7 +184,7 @@ def _number(name: str, value: object, known: dict[str, str]) -> float:
     if name not in known:
         valid = f"one of the xacro arguments {', '.join(sorted(known))}{did_you_mean(name, known)}"
         raise InvalidInput("argument", name, valid)
-    if name == "trunk_bodies":
+    if name in SWITCHES:
         if (given := checked_number(name, value)) not in (0.0, 1.0):
             raise InvalidInput(name, value, "1 or 0")
         return given

@@ -22,7 +22,7 @@ FILES = (".yaml", ".yml", ".json")
 """Robot files have these endings."""
 PAPER = "humanoid_rail"
 """The paper's robot is called so."""
-OWN = (PAPER, "human-sized")
+OWN = (PAPER, "human-sized", "humanoid-rail-with-grippers")
 """The robots that need no package of models; the others are the gallery."""
 
 
@@ -86,7 +86,7 @@ def load_robot(source: str | Path | None = None, **arguments: Any) -> Robot:
         **arguments: With a source the fields of a robot file, which they replace; docs/robots.md describes them.
             Without, the arguments of the paper's robot: link lengths `l_*` (m), `beta`
             (rad), `link_radius` (m), limits `*_lower`, `*_upper`, `*_velocity`, `*_acceleration`, `*_effort` (m, rad,
-            s, N, N m), `density` (kg/m^3), and `trunk_bodies` (1 or 0), for example ``link_radius=0.0``.
+            s, N, N m), `density` (kg/m^3), `trunk_bodies` and `grippers` (1 or 0), for example ``link_radius=0.0``.
 
     Raises:
         InvalidInput: If there is no such robot, an argument is unknown or its value is not valid, or something of the
@@ -174,7 +174,10 @@ def _plain(name: str, value: Any) -> object:
     """Return an argument as a robot file has it."""
     match name, value:
         case "hands", _ if isinstance(value, Sequence) and all(isinstance(hand, Hand) for hand in value):
-            return {hand.name: {"frame": hand.frame, "arm": hand.arm, "pointing": hand.pointing} for hand in value}
+            return {
+                hand.name: {"frame": hand.frame, "arm": hand.arm, "pointing": hand.pointing, "links": hand.links}
+                for hand in value
+            }
         case "base", pin.SE3():
             return {"xyz": value.translation.tolist(), "rpy": pin.rpy.matrixToRpy(value.rotation).tolist()}
         case "packages", str() | Path():

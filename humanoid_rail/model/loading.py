@@ -14,8 +14,10 @@ from packaging.requirements import InvalidRequirement, Requirement
 
 from humanoid_rail.errors import MISSING, InvalidInput, did_you_mean
 from humanoid_rail.geometry.mesh_names import find_mesh
+from humanoid_rail.model.added_bodies import with_hand_bodies
 from humanoid_rail.model.building import Mechanism, build_robot, check_hands, checked_start, read_mechanism
 from humanoid_rail.model.examination import examine
+from humanoid_rail.model.hand_links import mounted_links
 from humanoid_rail.model.hand_shape import hands_by_shape
 from humanoid_rail.model.hands import FoundHand, arm_of, find_hands, moving_before, with_leaders
 from humanoid_rail.model.pairs import choose_pairs
@@ -23,10 +25,9 @@ from humanoid_rail.model.postures import MovingJoints, named_postures, starts
 from humanoid_rail.model.robot import Hand, Robot, called
 from humanoid_rail.model.robot_file import FULL_TURN, RobotFile
 from humanoid_rail.model.sources import SUFFIXES, Source, find_source, is_there, package_root
-from humanoid_rail.model.srdf_checks import check_srdf
+from humanoid_rail.model.srdf_checks import read_srdf
 from humanoid_rail.model.urdf import Urdf, read_urdf
 from humanoid_rail.model.urdf_changes import Changes, changed_urdf, resting_place
-from humanoid_rail.model.urdf_elements import parse_xml
 from humanoid_rail.model.urdf_joint import Joint
 from humanoid_rail.model.urdf_link import MeshFile
 
@@ -42,13 +43,10 @@ def robot_of(file: RobotFile, folder: Path) -> Robot:
         InvalidInput: If a file that is named is not there or cannot be read, or something does not go together.
     """
     source = _source(file, folder)
-    original = read_urdf(source.urdf)
-    srdf = parse_xml("srdf", source.srdf) if source.srdf is not None else None
-    if srdf is not None:
-        check_srdf(srdf, original)
-    if file.pairs.complete and srdf is not None and srdf.find("disable_collisions") is not None:
-        warnings.warn("pairs.complete is true, so the pairs that the SRDF disables are not left out", stacklevel=3)
-    entries = _hands(file, original, srdf)
+    written = read_urdf(source.urdf)
+    srdf = None if source.srdf is None else read_srdf(source.srdf, written, file.pairs.complete)
+    entries = _hands(file, written, srdf)
+    original, made = with_hand_bodies(written, file.hands or {})
     locked = _locked(file, original, [entry.frame for entry in entries])
     text, more = changed_urdf(original, _changes(file, original, locked))
     mechanism = read_mechanism(text)
@@ -61,7 +59,7 @@ def robot_of(file: RobotFile, folder: Path) -> Robot:
     examined = examine(mechanism, srdf, file, meshes, places)
     start = checked_start(mechanism, examined.start)
     bodies = examined.bodies
-    hands = [_hand(entry, mechanism) for entry in entries]
+    hands = [_hand(entry, mechanism, made, [other.frame for other in entries]) for entry in entries]
     check_hands(mechanism.model, mechanism.joint_names, hands)
     hands, said = hands_by_shape(hands, [entry.why for entry in entries], mechanism, bodies, original, file.as_written)
     pairs = choose_pairs(mechanism.model, bodies, examined.pairs.left_out, mechanism.full_configuration(start))
@@ -142,6 +140,10 @@ def _hands(file: RobotFile, urdf: Urdf, srdf: Element | None) -> tuple[FoundHand
         if entry.frame not in urdf.links and entry.frame not in urdf.joints:
             near = did_you_mean(entry.frame, [*urdf.links, *urdf.joints])
             raise InvalidInput(f"hands.{name}.frame", entry.frame, f"a link or joint of the URDF{near}")
+        for k, link in enumerate(entry.links or ()):
+            if link not in urdf.links:
+                near = did_you_mean(link, list(urdf.links))
+                raise InvalidInput(f"hands.{name}.links[{k}]", link, f"a link of the URDF{near}")
     frames = [entry.frame for entry in file.hands.values()]
     return tuple(
         FoundHand(
@@ -151,15 +153,27 @@ def _hands(file: RobotFile, urdf: Urdf, srdf: Element | None) -> tuple[FoundHand
             entry.pointing,
             "",
             is_arm_given=entry.arm is not None,
+            links=entry.links,
         )
         for name, entry in file.hands.items()
     )
 
 
-def _hand(entry: FoundHand, mechanism: Mechanism) -> Hand:
-    """Return a hand; of an arm that was found, the joints that move."""
+def _hand(entry: FoundHand, mechanism: Mechanism, made: Mapping[str, str], frames: Sequence[str]) -> Hand:
+    """Return a hand.
+
+    Args:
+        entry: What is known of it.
+        mechanism: How the joints move; of an arm that was found, only joints that move count.
+        made: The links that were made of the bodies of hands, by hand.
+        frames: The frames of all hands.
+    """
     known = entry.arm if entry.is_arm_given else [name for name in entry.arm if name in mechanism.joint_names]
-    return Hand(entry.name, entry.frame, tuple(known), entry.pointing)
+    links = entry.links
+    if entry.name in made:
+        own = mounted_links(mechanism.urdf, entry.frame, frames)[1]
+        links = own if links is None else (*links, made[entry.name])
+    return Hand(entry.name, entry.frame, tuple(known), entry.pointing, links)
 
 
 def _locked(file: RobotFile, urdf: Urdf, frames: Sequence[str]) -> dict[str, float]:

@@ -157,6 +157,21 @@ def disabled_pairs(model: pin.Model, srdf: str | None) -> dict[frozenset[str], s
     return dict.fromkeys(disabled, DISABLED)
 
 
+def rigid_pairs(model: pin.Model, bodies: pin.GeometryModel) -> dict[frozenset[str], str]:
+    """Return the pairs of links with bodies that no joint moves relative to each other, with that as the reason.
+
+    Args:
+        model: All joints.
+        bodies: The bodies.
+    """
+    links = [model.frames[body.parentFrame].name for body in bodies.geometryObjects]
+    return {
+        frozenset((links[i], links[j])): NO_JOINT
+        for (i, a), (j, b) in combinations(enumerate(bodies.geometryObjects), 2)
+        if a.parentJoint == b.parentJoint and links[i] != links[j]
+    }
+
+
 def unchecked_pairs(
     links: tuple[str, ...], checked: tuple[tuple[int, int], ...], known: tuple[UncheckedPair, ...]
 ) -> Iterator[UncheckedPair]:

@@ -9,6 +9,7 @@ import coal
 import numpy as np
 
 from humanoid_rail.model.far_parts import AWAY
+from humanoid_rail.model.hand_links import hand_bodies
 from humanoid_rail.model.robot import Robot
 
 MOST_PAIRS = 8
@@ -43,6 +44,8 @@ def _hands(robot: Robot) -> list[str]:
     for hand, reach in zip(robot.hands, robot.arm_reaches, strict=True):
         points = "nowhere" if hand.pointing is None else "along " + " ".join(f"{x:g}" for x in hand.pointing)
         found.append(f"{hand.name}: {hand.frame}, points {points}, reaches {reach:.3f} m; arm {', '.join(hand.arm)}")
+        links = dict.fromkeys(robot.link_names[i] for i in hand_bodies(robot, hand.name))
+        found.append(f"  may touch what it grasps: {', '.join(links) or 'none of its bodies'}")
     return found
 
 

@@ -31,6 +31,8 @@ class Hand:
     pointing: tuple[float, float, float] | None = (1.0, 0.0, 0.0)
     """The direction in the frame in which the hand points, of any length; what `approach` of a pose is about. None if
     it points nowhere: then no target can ask for a direction."""
+    links: tuple[str, ...] | None = None
+    """The links that make up the hand; None for those that :func:`humanoid_rail.hand_bodies` finds."""
 
 
 def called(hand: str) -> str:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationError
 
-from humanoid_rail._validation import Angles, Frozen, Number, Positive, Vector, invalid_input, plain
+from humanoid_rail._validation import Angles, Frozen, Number, Positive, Size, Vector, invalid_input, plain
 from humanoid_rail._yaml import parse_yaml
 from humanoid_rail.errors import InvalidInput
 
@@ -54,6 +54,47 @@ class _OfRobot(Frozen):
     described_in = "docs/robots.md"
 
 
+class _BodyEntry(_OfRobot):
+    """A collision body in the frame of a hand."""
+
+    center: Vector
+    """Its centre, m."""
+
+
+class SphereEntry(_BodyEntry):
+    """A ball."""
+
+    type: Literal["sphere"]
+    radius: Positive
+    """Its radius, m."""
+
+
+class BoxEntry(_BodyEntry):
+    """A solid box."""
+
+    type: Literal["box"]
+    size: Size
+    """Full edge lengths before rotation, m."""
+    rpy: Angles = (0.0, 0.0, 0.0)
+    """Roll, pitch and yaw about the fixed axes x, y, z, rad."""
+
+
+class CapsuleEntry(_BodyEntry):
+    """All points within `radius` of a segment along the local z axis."""
+
+    type: Literal["capsule"]
+    radius: Positive
+    """Its radius, m."""
+    length: Positive
+    """Distance between the centres of the two end spheres, m."""
+    rpy: Angles = (0.0, 0.0, 0.0)
+    """Roll, pitch and yaw about the fixed axes x, y, z, rad."""
+
+
+BodyEntry = Annotated[SphereEntry | BoxEntry | CapsuleEntry, Field(discriminator="type")]
+"""A collision body of a hand, with the fields of an obstacle of a scene."""
+
+
 class HandEntry(_OfRobot):
     """A hand of a robot file."""
 
@@ -63,6 +104,10 @@ class HandEntry(_OfRobot):
     """The joints of its arm; the last ones that only this hand needs if not given."""
     pointing: Vector | None = None
     """The direction in the frame in which the hand points; targets with `approach` need one."""
+    links: Names | None = None
+    """The links that make up the hand, which may touch what it grasps; found by themselves if not given."""
+    bodies: Annotated[tuple[BodyEntry, ...], BeforeValidator(plain)] = ()
+    """Collision bodies that the URDF does not have, fixed to the frame and given in it."""
 
 
 HandOrFrame = Annotated[

@@ -141,6 +141,7 @@ def _robot_file(robot: Robot, urdf: str, left_out: Mapping[frozenset[str], str])
                 "frame": hand.frame,
                 "arm": list(hand.arm),
                 "pointing": None if hand.pointing is None else list(map(float, hand.pointing)),
+                **({} if hand.links is None else {"links": list(hand.links)}),
             }
             for hand in robot.hands
         },

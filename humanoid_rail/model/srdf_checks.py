@@ -7,6 +7,7 @@ from xml.etree.ElementTree import Element
 
 from humanoid_rail.errors import InvalidInput, did_you_mean
 from humanoid_rail.model.urdf import Urdf
+from humanoid_rail.model.urdf_elements import parse_xml
 
 MOST_NAMES = 5
 """A warning has no more names than this."""
@@ -16,6 +17,24 @@ KNOWN = ("disable_collisions", "enable_collisions", "end_effector", "group", "gr
 """These elements are read, or say nothing that matters here."""
 UNFOLLOWED = ("disable_default_collisions",)
 """What these say is not followed."""
+
+
+def read_srdf(text: str, urdf: Urdf, all_pairs_given: bool) -> Element:
+    """Return an SRDF, checked.
+
+    Args:
+        text: The SRDF.
+        urdf: Its robot.
+        all_pairs_given: Whether a robot file says all of the pairs that are left out: then the SRDF's do not count.
+
+    Raises:
+        InvalidInput: If it is none, or names what the robot does not have.
+    """
+    srdf = parse_xml("srdf", text)
+    check_srdf(srdf, urdf)
+    if all_pairs_given and srdf.find("disable_collisions") is not None:
+        warnings.warn("pairs.complete is true, so the pairs that the SRDF disables are not left out", stacklevel=4)
+    return srdf
 
 
 def check_srdf(srdf: Element, urdf: Urdf) -> None:

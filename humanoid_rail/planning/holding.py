@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.model.attached import ObjectBody, with_objects
-from humanoid_rail.model.hand_bodies import hand_bodies
+from humanoid_rail.model.hand_links import hand_bodies
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.objects import object_named, pieces_of, placement_of
 from humanoid_rail.scene.obstacles import Obstacle, name_of

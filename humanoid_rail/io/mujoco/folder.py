@@ -13,16 +13,19 @@ from humanoid_rail._arrays import Array
 from humanoid_rail.errors import InvalidInput
 from humanoid_rail.io.mujoco.actuators import PositionActuator, gravity_load, needed_forces, position_actuators
 from humanoid_rail.io.mujoco.mjcf import mjcf
+from humanoid_rail.io.mujoco.objects import check_events, event_arrays, held_load
 from humanoid_rail.io.mujoco.visual_meshes import visual_meshes
 from humanoid_rail.io.robot_motion import all_joints
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.result import Timing
-from humanoid_rail.scene.obstacles import is_moving
+from humanoid_rail.scene.obstacles import Obstacle, is_moving
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.trajectory import Trajectory
 
 
-def mujoco_files(trajectory: Trajectory, robot: Robot, scene: Scene) -> dict[str, bytes]:
+def mujoco_files(
+    trajectory: Trajectory, robot: Robot, scene: Scene, objects: Sequence[Obstacle] | None = None
+) -> dict[str, bytes]:
     """Return the files of an export: their contents by name, those of meshes in a folder.
 
     A warning names the joints whose limit of effort is less than the motion needs: MuJoCo keeps the limit, and the
@@ -32,9 +35,11 @@ def mujoco_files(trajectory: Trajectory, robot: Robot, scene: Scene) -> dict[str
         trajectory: The motion.
         robot: The robot that it was planned for.
         scene: The scene that it was planned in.
+        objects: What the hands grasp and release; those of the scene if not given.
 
     Raises:
-        InvalidInput: If the motion was not retimed or has fewer than two samples, or MuJoCo cannot have the robot.
+        InvalidInput: If the motion was not retimed or has fewer than two samples, or MuJoCo cannot have the robot,
+            or an event names an object or a hand that is not there.
     """
     if trajectory.timing is None:
         valid = (
@@ -44,7 +49,10 @@ def mujoco_files(trajectory: Trajectory, robot: Robot, scene: Scene) -> dict[str
         raise InvalidInput("trajectory.timing", None, valid)
     if len(trajectory.t) < 2:
         raise InvalidInput("trajectory.t", trajectory.t, "a motion of two samples or more")
+    objects = scene.objects if objects is None else objects
+    check_events(robot, objects, trajectory)
     actuators, load = position_actuators(robot, trajectory.q), gravity_load(robot, trajectory.q)
+    load = load + held_load(robot, objects, trajectory) if trajectory.events else load
     _warn_of_weakness(trajectory, trajectory.timing, robot, actuators, load)
     kp, kv = (np.array([getattr(actuator, gain) for actuator in actuators]) for gain in ("kp", "kv"))
     ctrl = trajectory.q + (kv * trajectory.timing.velocity + load) / kp
@@ -58,12 +66,13 @@ def mujoco_files(trajectory: Trajectory, robot: Robot, scene: Scene) -> dict[str
         "ctrl": ctrl,
         "hands": trajectory.hands,
         "mocap": trajectory.t[:, None, None] * velocities,
+        **event_arrays(robot, objects, trajectory),
     }
     buffer = BytesIO()
     np.savez_compressed(buffer, **arrays)
     player = Path(__file__).with_name("player.py").read_bytes()
     meshes = visual_meshes(robot)
-    model = mjcf(robot, scene, trajectory, actuators, ctrl[0], meshes)
+    model = mjcf(robot, scene, trajectory, actuators, ctrl[0], meshes, objects)
     return {**meshes.files, "scene.xml": model.encode(), "motion.npz": buffer.getvalue(), "play.py": player}
 
 

@@ -24,6 +24,7 @@ from humanoid_rail.io.mujoco.mjcf_bodies import (
     site_size,
     underside,
 )
+from humanoid_rail.io.mujoco.objects import add_objects
 from humanoid_rail.io.mujoco.visual_meshes import NO_MESHES, VisualMeshes
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import HalfSpace, Obstacle, is_moving, name_of
@@ -33,8 +34,8 @@ from humanoid_rail.trajectory import Trajectory
 from humanoid_rail.viewer.camera import viewpoint
 from humanoid_rail.viewer.colours import hand_colour, rgb
 
-TIMESTEP = 5e-4
-"""A step of the simulation takes this long, s."""
+TIMESTEP = 2.5e-4
+"""A step of the simulation takes this long, s. With steps twice as long passive joints of light robots vibrate."""
 
 # filterparent: the SRDF says which links may touch, not their order. equality: as stiff as MuJoCo allows, so that
 # passive joints have no play.
@@ -53,6 +54,7 @@ TEMPLATE = f"""
     <default class="visual"><geom group="2" contype="0" conaffinity="0"/></default>
     <default class="collision"><geom group="3" rgba="0.2 0.7 0.3 0.4"/></default>
     <default class="obstacle"><geom rgba="0.75 0.19 0.35 0.45"/></default>
+    <default class="object"><geom rgba="0.90 0.68 0.20 1"/></default>
   </default>
   <asset>
     <texture type="skybox" builtin="gradient" rgb1="0.93 0.95 0.97" rgb2="0.66 0.74 0.83" width="256" height="1536"/>
@@ -76,6 +78,7 @@ def mjcf(
     actuators: Sequence[PositionActuator],
     ctrl: Array,
     meshes: VisualMeshes = NO_MESHES,
+    objects: Sequence[Obstacle] = (),
 ) -> str:
     """Return a motion's robot and scene as the text of an MJCF file.
 
@@ -91,6 +94,7 @@ def mjcf(
         actuators: Those of the actuated joints.
         ctrl: The command that they are given at the start (n,), m and rad.
         meshes: The visual meshes; their files lie where `files` says.
+        objects: What can be held: free bodies, with welds to the hands that grasp them.
 
     Raises:
         InvalidInput: If a collision body has no thickness, or a moment of inertia is negative.
@@ -116,7 +120,8 @@ def mjcf(
     for actuator in actuators:
         attributes = {"name": actuator.joint, "joint": actuator.joint, "kp": repr(actuator.kp), "kv": repr(actuator.kv)}
         SubElement(find(document, "actuator"), "position", attributes)
-    start = {"qpos": robot.full_configuration(trajectory.q[0]), "ctrl": ctrl}
+    free = add_objects(document, robot, objects, trajectory) if objects or trajectory.events else np.zeros(0)
+    start = {"qpos": np.append(robot.full_configuration(trajectory.q[0]), free), "ctrl": ctrl}
     SubElement(find(document, "keyframe"), "key", {k: numbers(v) for k, v in start.items()}, name="start")
     ElementTree.indent(document)
     return ElementTree.tostring(document, encoding="unicode") + "\n"

@@ -67,7 +67,7 @@ def add_robot(
         body, name = world, names[frame.name]
         if name != WORLD:
             parent = world if joint is None else elements[joint.parent]
-            place = _place(pin.SE3.Identity() if joint is None else joint.placement)
+            place = place_attributes(pin.SE3.Identity() if joint is None else joint.placement)
             body = SubElement(parent, "body", {"name": name, **place})
             if frame.name in inertias.bodies:
                 _add_inertial(body, inertias.bodies[frame.name])
@@ -89,7 +89,7 @@ def _add_hands(elements: Mapping[str, Element], robot: Robot) -> None:
         link = frame
         if frame.type != pin.FrameType.BODY:
             link = next(f for f in frames if (f.type, f.parentJoint) == (pin.FrameType.BODY, frame.parentJoint))
-        place = _place(link.placement.inverse() * frame.placement)
+        place = place_attributes(link.placement.inverse() * frame.placement)
         size, rgba = numbers(site_size(reach, 0.03)), f"{numbers(rgb(hand_colour(i)))} 1"
         SubElement(elements[link.name], "site", {"name": f"{hand.name}_hand", "size": size, "rgba": rgba, **place})
 
@@ -149,7 +149,12 @@ def visual_attributes(link: Link, meshes: VisualMeshes) -> Iterator[dict[str, st
         if isinstance(body.shape, MeshFile):
             for part in meshes.of(body):
                 rgba = numbers(body.rgba or part.rgba or PLAIN)
-                yield {"rgba": rgba, "type": "mesh", "mesh": f"{FOLDER}/{part.name}", **_place(body.placement)}
+                yield {
+                    "rgba": rgba,
+                    "type": "mesh",
+                    "mesh": f"{FOLDER}/{part.name}",
+                    **place_attributes(body.placement),
+                }
         else:
             placed = PlacedShape(body.shape, coal_placement(body.placement))
             yield {"rgba": numbers(PLAIN if body.rgba is None else body.rgba), **shape_attributes(placed)}
@@ -188,13 +193,14 @@ def shape_attributes(placed: PlacedShape) -> dict[str, str]:
             kind, size = "plane", [0.0, 0.0, 1.0]
             at = at * pin.SE3(pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), shape.n), shape.d * shape.n)
         case coal.ConvexBase():
-            return {"type": "mesh", **_place(at)}
+            return {"type": "mesh", **place_attributes(at)}
         case _:
             raise TypeError(f"MJCF has no {type(shape).__name__}")
-    return {"type": kind, "size": numbers(size), **_place(at)}
+    return {"type": kind, "size": numbers(size), **place_attributes(at)}
 
 
-def _place(at: pin.SE3) -> dict[str, str]:
+def place_attributes(at: pin.SE3) -> dict[str, str]:
+    """Return the attributes of a body that say where it is."""
     x, y, z, w = pin.Quaternion(at.rotation).coeffs()
     return {"pos": numbers(at.translation), "quat": numbers([w, x, y, z])}
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import argparse
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
 
@@ -22,6 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+
+RESTING = 1e-3
+"""An object that lies on something is at most this deep inside of it, which is no contact worth a word, m."""
 
 HOLD = 1.5
 """How long the viewer rests at the end of the motion before it starts over, s."""
@@ -54,6 +57,8 @@ class Tracking:
     """Each pair once, by time."""
     largest_forces: dict[str, float]
     """Of the actuators, by joint; N or N m."""
+    objects_off: dict[str, float] = field(default_factory=dict)
+    """How far objects end from where they were planned to be put, m; those that are held at the end are missing."""
 
 
 @dataclass(frozen=True)
@@ -74,6 +79,16 @@ class ExportedMotion:
     """Positions of the hands (N, h, 3), m."""
     mocap: Array
     """How far the moving obstacles have come (N, k, 3), m."""
+    event_time: Array = field(default_factory=lambda: np.zeros(0))
+    """When welds between hands and objects are switched (e,), s."""
+    event_weld: NDArray[np.str_] = field(default_factory=lambda: np.zeros(0, np.str_))
+    """Which ones (e,)."""
+    event_active: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, np.bool_))
+    """Whether they are switched on (e,)."""
+    object_name: NDArray[np.str_] = field(default_factory=lambda: np.zeros(0, np.str_))
+    """The objects (o,)."""
+    object_end: Array = field(default_factory=lambda: np.zeros((0, 3)))
+    """Where they are to be at the end (o, 3), m; not a number of those that are held then."""
 
     def at(self, t: float) -> tuple[Array, Array]:
         """Return qpos and qvel (nq,) at a time in s; before the start and after the end it rests there."""
@@ -111,7 +126,7 @@ def start(model: mujoco.MjModel, motion: ExportedMotion) -> mujoco.MjData:
 def reset(model: mujoco.MjModel, data: mujoco.MjData, motion: ExportedMotion) -> None:
     """Put the robot to the start of the motion."""
     mujoco.mj_resetDataKeyframe(model, data, model.key("start").id)
-    data.qvel[:] = motion.qvel[0]
+    data.qvel[: motion.qvel.shape[1]] = motion.qvel[0]
 
 
 def control(model: mujoco.MjModel, motion: ExportedMotion, t: float) -> Array:
@@ -123,8 +138,28 @@ def control(model: mujoco.MjModel, motion: ExportedMotion, t: float) -> Array:
     return np.asarray(qpos[model.jnt_qposadr[joints]] + forces / kp)
 
 
+def switch_welds(model: mujoco.MjModel, data: mujoco.MjData, motion: ExportedMotion) -> None:
+    """Fix objects to the hands that have grasped them by now, where they are, and let go of those that are released."""
+    events = zip(motion.event_time, motion.event_weld, motion.event_active, strict=True)
+    now = data.time + model.opt.timestep / 2
+    switched = {weld: active for t, weld, active in events if t <= now}
+    for weld, active in switched.items():
+        k = model.equality(weld).id
+        if active and not data.eq_active[k]:
+            mujoco.mj_kinematics(model, data)
+            hand, held = model.eq_obj1id[k], model.eq_obj2id[k]
+            back, turn, shift = np.zeros(4), np.zeros(4), np.zeros(3)
+            mujoco.mju_negQuat(back, data.xquat[hand])
+            mujoco.mju_mulQuat(turn, back, data.xquat[held])
+            mujoco.mju_rotVecQuat(shift, data.xpos[held] - data.xpos[hand], back)
+            # The anchor in the object, and the object's position and orientation in the hand.
+            model.eq_data[k, :10] = np.concatenate([np.zeros(3), shift, turn])
+        data.eq_active[k] = active
+
+
 def step(model: mujoco.MjModel, data: mujoco.MjData, motion: ExportedMotion) -> None:
     """Simulate one step of the motion."""
+    switch_welds(model, data, motion)
     data.ctrl[:] = control(model, motion, data.time)
     data.mocap_pos[:] = motion.between(motion.mocap, data.time)
     mujoco.mj_step(model, data)
@@ -151,7 +186,7 @@ def track(folder: str | Path) -> Tracking:
         damped = data.qfrc_actuator[dofs] - kv * (data.qvel[dofs] - before)
         forces = np.maximum(forces, np.minimum(abs(damped), limits))
         _note_contacts(model, data, data.time - model.opt.timestep, touches)
-        reference.qpos[:] = motion.at(data.time)[0]
+        reference.qpos[: motion.qpos.shape[1]] = motion.at(data.time)[0]
         mujoco.mj_kinematics(model, reference)
         mujoco.mj_kinematics(model, data)
         error = float(np.linalg.norm(data.site_xpos[hands] - reference.site_xpos[hands], axis=1).max())
@@ -159,7 +194,20 @@ def track(folder: str | Path) -> Tracking:
     mujoco.mj_forward(model, data)
     _note_contacts(model, data, data.time, touches)
     largest = {model.actuator(i).name: float(forces[i]) for i in range(model.nu)}
-    return Tracking(worst, error, tuple(touches.values()), largest)
+    off = {
+        str(name): float(np.linalg.norm(data.body(name).xpos - end))
+        for name, end in zip(motion.object_name, motion.object_end, strict=True)
+        if np.isfinite(end).all()
+    }
+    return Tracking(worst, error, tuple(touches.values()), largest, off)
+
+
+def _lies(model: mujoco.MjModel, pair: tuple[int, int]) -> bool:
+    """Return whether two geoms are of an object and of what it may lie on: an obstacle or another object."""
+    bodies = model.geom_bodyid[list(pair)]
+    free = [bool((model.jnt_type[model.jnt_bodyid == body] == mujoco.mjtJoint.mjJNT_FREE).any()) for body in bodies]
+    still = [body == 0 or model.body_mocapid[body] >= 0 for body in bodies]
+    return any(free) and all(one or other for one, other in zip(free, still, strict=True))
 
 
 def _note_contacts(
@@ -168,6 +216,8 @@ def _note_contacts(
     """Add the contacts of a state at a time in s to those known."""
     for i in range(data.ncon):
         pair, depth = (int(data.contact[i].geom1), int(data.contact[i].geom2)), -float(data.contact[i].dist)
+        if depth <= RESTING and _lies(model, pair):
+            continue
         known = touches.get(pair)
         if known is not None:
             touches[pair] = Touch(known.time, known.one, known.other, max(known.depth, depth))
@@ -224,6 +274,8 @@ def main() -> None:
         print(f"contact: {touch.one} and {touch.other}, from {touch.time:.3f} s, up to {1e3 * touch.depth:.1f} mm deep")
     if not tracking.contacts:
         print("no contacts")
+    for name, off in tracking.objects_off.items():
+        print(f"{name}: {1e3 * off:.2f} mm from where it is to be")
     print("largest forces and torques of the actuators, N and N m:")
     for joint, force in tracking.largest_forces.items():
         print(f"  {joint}: {force:.1f}")
