@@ -58,6 +58,11 @@ class Method(Protocol):
         ...
 
     @property
+    def tolerance(self) -> float:
+        """The norm of the tasks' errors within which targets are reached, m."""
+        ...
+
+    @property
     def epsilon(self) -> float:
         """Activation distance of the penalty, m."""
         ...

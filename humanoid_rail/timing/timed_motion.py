@@ -172,10 +172,11 @@ def along_path(
     dt: float,
     dwell: float,
     wanted: float,
+    is_near: Callable[[TimedMotion], bool] = lambda _: True,
 ) -> TimedMotion:
     """Return the motion that follows segments no more closely than it has to for its bound to be as wanted.
 
-    If that cannot be had, it is the motion with the largest bound.
+    If that cannot be had, it is the motion with the largest bound, of those that are near enough if there are any.
 
     Args:
         robot: The robot.
@@ -185,21 +186,23 @@ def along_path(
         dt: Time between samples, s.
         dwell: How long to rest after each segment but the last, s.
         wanted: The bound that is wanted, m.
+        is_near: Whether a motion is near enough to what it has to pass.
     """
     if np.isfinite(limits.jerk).any():
         # Where a limit of jerk does not bind it should cost nothing.
-        free = along_path(robot, obstacles, segments, limits.without_jerk(), dt, dwell, wanted)
+        free = along_path(robot, obstacles, segments, limits.without_jerk(), dt, dwell, wanted, is_near)
         if (np.array([peak.jerk for peak in free.timing(robot, limits).peaks]) <= limits.jerk).all():
             return free
     best = None
     for control, ends in followings(robot, segments, limits, dt, dwell):
         motion = certified_motion(robot, obstacles, control, dt, ends)
-        if best is None or motion.bound > best.bound:
-            best = motion
-        if motion.bound >= wanted:
+        near = is_near(motion)
+        if best is None or (near, motion.bound) > best[:2]:
+            best = near, motion.bound, motion
+        if near and motion.bound >= wanted:
             break
     assert best is not None  # the last spacing is always tried
-    return best
+    return best[2]
 
 
 def followings(
