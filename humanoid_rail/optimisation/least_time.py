@@ -21,7 +21,7 @@ from humanoid_rail._native import engine
 from humanoid_rail.kinematics.inverse_kinematics import InverseKinematics
 from humanoid_rail.model.native_robot import native_robot
 from humanoid_rail.optimisation.looks import Looks, clearances, looks_at, within
-from humanoid_rail.optimisation.program import PENALTY, program
+from humanoid_rail.optimisation.program import PENALTY, Program, program
 from humanoid_rail.optimisation.rows import Clearances, Goal
 from humanoid_rail.optimisation.spline import ramp, shortest_interval, weights
 from humanoid_rail.optimisation.waypoints import (
@@ -172,14 +172,7 @@ def shorten(
         taken: How many programs were solved before.
         moments: When it passes the waypoints (P,), in intervals.
     """
-    form = program(
-        around.degree,
-        len(control) - around.degree,
-        around.limits,
-        around.box,
-        around.is_goal_free,
-        len(around.waypoints),
-    )
+    form = _form(around, len(control) - around.degree)
     looks = looks_at(form, times)
     here, rows = _look(around, looks, Course(control, np.inf, np.inf, taken, moments), trust)
     enough = ENOUGH / (1 + len(around.waypoints))
@@ -214,6 +207,10 @@ def shorten(
         if gain < enough and share == 1.0 and here.lacking <= LACKING:
             break
     return here
+
+
+def _form(around: Surroundings, intervals: int) -> Program:
+    return program(around.degree, intervals, around.limits, around.box, around.is_goal_free, len(around.waypoints))
 
 
 def on_tasks(around: Surroundings, control: Array, distance: float, moments: Array = NO_MOMENTS) -> Array | None:

@@ -21,6 +21,7 @@ from humanoid_rail.resampling import evaluate
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.timing.time_optimal import Limits
 from humanoid_rail.timing.timed_motion import TimedMotion, along_path
+from humanoid_rail.trajectory import Trajectory
 
 LOOK, CLOSER = 1e-3, 40
 """The moment nearest to a target is looked for every so often, s, and in so many parts of twice that."""
@@ -49,28 +50,27 @@ def along_segments(
     robot: Robot,
     scene: Scene,
     segments: Sequence[Array],
-    reached: int,
+    trajectory: Trajectory,
     limits: Limits,
     dt: float,
     dwell: float,
     wanted: float,
-    tolerance: float,
 ) -> Retimed:
     """Return the motion that follows segments, at rest at the targets of all steps but those that it is to pass.
 
-    It may cut the path's corner at these, within a tolerance. If it comes no nearer it rests there.
+    It may cut the path's corner at these, within the method's tolerance. If it comes no nearer it rests there.
 
     Args:
         robot: The robot.
         scene: The scene, whose steps say where to rest.
         segments: Paths (K, n) to each target in turn and on from the last one that was reached, m and rad.
-        reached: How many targets were reached.
+        trajectory: What is retimed.
         limits: What joints can do.
         dt: Time between samples, s.
         dwell: How long to rest, s.
         wanted: The bound of clearances that is wanted, m.
-        tolerance: How far from its targets a step may be passed, the norm of its tasks' errors, m.
     """
+    reached, tolerance = len(trajectory.arrivals), trajectory.method.tolerance
     moves = [move for move in moves_of(scene) if move.arrives][:reached]
     targets = []
     for number, move in enumerate(moves[: len(segments) - 1]):

@@ -104,8 +104,7 @@ def retime(
     segments = _segments(trajectory)
     _check_moving(robot, segments, limits)
     wanted = wanted_bound(trajectory.certificate, trajectory.method.kept_distance)
-    reached, tolerance = len(trajectory.arrivals), trajectory.method.tolerance
-    along = along_segments(robot, scene, segments, reached, limits, step, rest, wanted, tolerance)
+    along = along_segments(robot, scene, segments, trajectory, limits, step, rest, wanted)
     retimed = _result(trajectory, robot, scene, along, longest, limits)
     spent = trajectory.planning_time + time.perf_counter() - started
     done = Retiming(step, share, rest)

@@ -5,17 +5,31 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 import pytest
 from scipy.interpolate import CubicHermiteSpline
 
-from humanoid_rail import Robot, Scene, Sphere, Status, Trajectory, load_robot, make_scene, plan, retime, verify
+from humanoid_rail import (
+    Robot,
+    Scene,
+    Sphere,
+    Status,
+    Trajectory,
+    load_robot,
+    make_scene,
+    plan,
+    read_trajectory,
+    retime,
+    verify,
+)
 from humanoid_rail.optimisation import passing
 from humanoid_rail.optimisation.spline import weights
 from humanoid_rail.optimisation.waypoints import APART, margin, smoothest, spread
 from humanoid_rail.planning.methods import Auto
+from humanoid_rail.planning.moves import moves_of
 
 MS = 1e-3
 EXCESS = 1e-6
@@ -211,6 +225,16 @@ def test_what_takes_longer_is_not_taken(robot: Robot, monkeypatch: pytest.Monkey
     np.testing.assert_array_equal(motion.q, before.q)
 
 
+def test_it_rests_where_a_hand_moves_straight(robot: Robot) -> None:
+    straight = {"position": [-1.6, 1.6, 3.3], "approach": {"direction": [-1, 0, 0], "distance": 0.1}}
+    steps = [{"left": straight, "right": None}, ONE_HAND[0]]
+    moves = moves_of(scene_of(steps, [False, True]))
+    assert [move.passes for move in moves] == [False, False, False]
+    assert [move.has_to_rest for move in moves] == [False, True, False]
+    before = moves_of(scene_of([ONE_HAND[0], *steps], [False, False, False]))
+    assert [move.passes for move in before] == [True, False, False, False]
+
+
 def test_untimed_motions_are_as_they_were(robot: Robot) -> None:
     endless = replace(robot, acceleration_limit=np.where(np.arange(robot.n) == 4, np.inf, robot.acceleration_limit))
     moving = Sphere(center=(0.0, 9.0, 1.0), radius=0.1, velocity=(0.0, 0.1, 0.0))
@@ -290,6 +314,14 @@ def test_the_smoothest_change(degree: int, rng: np.random.Generator) -> None:
         np.testing.assert_allclose(rows @ other, 0.0, atol=1e-10)
         for change in changes.T:
             assert np.diff(change, 2) @ np.diff(other, 2) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_what_is_said_of_it_is_written_and_read(tmp_path: Path) -> None:
+    _, _, motion, _ = planned_case("one hand")
+    write_trajectory(motion, tmp_path)
+    again = read_trajectory(tmp_path)
+    assert again.provenance.optimisation == motion.provenance.optimisation
+    assert again.arrivals == motion.arrivals
 
 
 def test_a_target_twice_in_a_row(robot: Robot) -> None:
