@@ -6,7 +6,7 @@ ENGINE := $(wildcard engine/*.[hc]pp engine/*/*.[hc]pp)
 
 .DELETE_ON_ERROR:
 .PHONY: plan test lint docs docs-serve generate figures picture benchmark evaluation motions regression retiming \
-	least-time certificates distances filter stages views urdfs meshes robots gallery sanitize clean
+	least-time passing certificates distances filter stages views urdfs meshes robots gallery sanitize clean
 
 plan: $(VENV)/plan-installed
 	@echo "A kitting round, several targets one after the other, retimed for a drive:"
@@ -71,6 +71,10 @@ regression: $(VENV)/test-installed
 
 least-time: $(VENV)/test-installed
 	$(BIN)/python -m benchmarks.least_time scenes/dev --readme docs/least_time.md
+
+# Motions that pass targets without stopping, beside those that stop: about two minutes.
+passing: $(VENV)/test-installed
+	$(BIN)/python -m benchmarks.passing scenes/dev --readme docs/least_time.md
 
 retiming: $(VENV)/test-installed
 	$(BIN)/python -m benchmarks.retiming scenes/dev --figure docs/timing.png --readme docs/retime.md

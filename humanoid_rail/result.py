@@ -58,6 +58,11 @@ class Method(Protocol):
         ...
 
     @property
+    def tolerance(self) -> float:
+        """The norm of the tasks' errors within which targets are reached, m."""
+        ...
+
+    @property
     def epsilon(self) -> float:
         """Activation distance of the penalty, m."""
         ...
@@ -129,7 +134,8 @@ class Motion(FrozenArrays):
     """Where the joints are over time. N samples, n joints."""
 
     t: Array
-    """Times (N,) in s: 0, dt, 2 dt, ... and the end; with several segments, so from the start of each."""
+    """Times (N,) in s: 0, dt, 2 dt, ... and the end; with several segments, so from the start of each. Where a target
+    is passed without stopping there is one sample more."""
     q: Array
     """Configurations (N, n), m and rad."""
     joint_names: tuple[str, ...]
@@ -155,9 +161,9 @@ class Verdict:
     arrivals: tuple[float, ...] = ()
     """When the hands are at each of the scene's targets in turn, s; those that were not reached are missing."""
     least_duration: float | None = None
-    """A lower bound of the duration, s: how long each joint alone would take to the same configurations, from rest to
-    rest within its limits, from target to target; for a motion without a timing within those of velocity alone. None
-    unless all targets are reached."""
+    """A lower bound of the duration, s: how long each joint alone would take to the same configurations within its
+    limits, from rest to rest at targets, but for those that the motion passes; for a motion without a timing within
+    those of velocity alone. None unless all targets are reached."""
     diagnosis: Diagnosis | None = None
     """Why the plan failed and what would help; None where it did not fail, or no native engine could look into it."""
 
@@ -189,6 +195,10 @@ class Optimisation:
     """The number of segments that are optimised. The others follow their paths, as fast as the limits allow."""
     reason: str = ""
     """Why the motion has a timing that no drive can follow; empty if it has not."""
+    passed: int = 0
+    """The number of targets that it passes without stopping, as their steps ask (`stop: false`)."""
+    stopped: str = ""
+    """Why it rests at targets that were to be passed; empty if it does not."""
 
 
 @dataclass(frozen=True)

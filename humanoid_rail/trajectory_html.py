@@ -54,7 +54,8 @@ def timing_text(provenance: Provenance) -> str:
         return "retimed"
     if done is None or done.reason:
         return "the method's own timing"
-    return "of least time" if done.optimised else "as fast along its path as limits allow"
+    passed = f", {done.passed} targets passed without stopping" if done.passed else ""
+    return f"of least time{passed}" if done.optimised else "as fast along its path as limits allow"
 
 
 def _proof(certificate: Certificate | None) -> str:

@@ -3,7 +3,8 @@
 Each step solves a quadratic program (`program.py`) in which clearances and tasks are linear. After it the goal is
 brought back onto the tasks by a shift that the whole spline shares, and the interval between knots is the shortest that
 the limits allow. A step counts by what it makes of the merit: the duration, and a penalty for the clearance that is
-lacking most.
+lacking most. Waypoints, which are passed without stopping, have equations of their own in the program, and the spline
+is brought back onto them after each step (`waypoints.py`).
 """
 
 from __future__ import annotations
@@ -20,8 +21,16 @@ from humanoid_rail._native import engine
 from humanoid_rail.kinematics.inverse_kinematics import InverseKinematics
 from humanoid_rail.model.native_robot import native_robot
 from humanoid_rail.optimisation.looks import Looks, clearances, looks_at, within
-from humanoid_rail.optimisation.program import PENALTY, Clearances, Goal, program
+from humanoid_rail.optimisation.program import PENALTY, Program, program
+from humanoid_rail.optimisation.rows import Clearances, Goal
 from humanoid_rail.optimisation.spline import ramp, shortest_interval, weights
+from humanoid_rail.optimisation.waypoints import (
+    NO_MOMENTS,
+    Waypoint,
+    onto_waypoints,
+    passes_at,
+    within_limits,
+)
 from humanoid_rail.problem import Problem
 from humanoid_rail.scene.native_obstacles import native_obstacles
 from humanoid_rail.search.exact_end import EXACT
@@ -44,7 +53,8 @@ GOOD, POOR = 0.6, 0.3
 GROWTH, SHRINK = 2.0, 0.5
 """So many times."""
 ENOUGH = 0.01
-"""The optimisation ends with a step that gains less than this share of the duration."""
+"""The optimisation ends with a step that gains less than this share of the duration, or of its mean part from one stop
+or waypoint to the next."""
 DEEPEST = 0.02
 """No step leads to where a clearance lacks more than this, m, unless it was lacking before: there may be no way out."""
 LEAST_GAIN = 1e-5
@@ -64,6 +74,8 @@ class Course(NamedTuple):
     """By how much some pair is too near at the moments that were looked at, m."""
     steps: int
     """How many programs were solved for it."""
+    moments: Array = NO_MOMENTS
+    """When it passes the waypoints (P,), in intervals."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +92,8 @@ class Surroundings:
     is_goal_free: bool
     clearance: _engine.MotionClearance
     solver: InverseKinematics
+    waypoints: tuple[Waypoint, ...] = ()
+    """What is passed on the way."""
 
     @property
     def box(self) -> tuple[Array, Array]:
@@ -144,6 +158,7 @@ def shorten(
     deadline: float,
     trust: float = FIRST_TRUST,
     taken: int = 0,
+    moments: Array = NO_MOMENTS,
 ) -> Course:
     """Return the fastest spline that is found from a given one.
 
@@ -155,24 +170,28 @@ def shorten(
         deadline: When it is cut off, on the clock of `time.perf_counter`, s.
         trust: How far the first step may go, s.
         taken: How many programs were solved before.
+        moments: When it passes the waypoints (P,), in intervals.
     """
-    form = program(around.degree, len(control) - around.degree, around.limits, around.box, around.is_goal_free)
+    form = _form(around, len(control) - around.degree)
     looks = looks_at(form, times)
-    here, rows = _look(around, looks, Course(control, np.inf, np.inf, taken), trust)
+    here, rows = _look(around, looks, Course(control, np.inf, np.inf, taken, moments), trust)
+    enough = ENOUGH / (1 + len(around.waypoints))
     while here.steps < taken + max_steps and time.perf_counter() < deadline:
-        step = form.step(here.control, here.interval, rows, _goal(around, here.control), trust)
+        passes = passes_at(around, form, here.control, here.moments)
+        step = form.step(here.control, here.interval, rows, _goal(around, here.control), trust, passes)
         here = here._replace(steps=here.steps + 1)
         if step is None:
             break
         expected = 1.0 + PENALTY * here.lacking - step.merit
-        if expected < (ENOUGH if here.lacking <= LACKING else LEAST_GAIN):
+        if expected < (enough if here.lacking <= LACKING else LEAST_GAIN):
             break
         for share in SHARES:
-            moved = on_tasks(around, here.control + share * step.change, -np.inf)
+            later = here.moments + share * step.shift
+            moved = on_tasks(around, here.control + share * step.change, -np.inf, later)
             if moved is None:
                 continue
             reach = min(GROWTH * share * trust, LARGEST_TRUST)
-            there, there_rows = _look(around, looks, here._replace(control=moved), reach)
+            there, there_rows = _look(around, looks, here._replace(control=moved, moments=later), reach)
             gain = 1.0 - there.interval / here.interval + PENALTY * (here.lacking - there.lacking)
             ratio = gain / (share * expected)
             if ratio > WORTHWHILE and there.lacking <= max(here.lacking, DEEPEST):
@@ -185,35 +204,38 @@ def shorten(
             continue
         trust = reach if ratio > GOOD else trust * share * (SHRINK if ratio < POOR else 1.0)
         here, rows = there, within(there_rows, trust)
-        if gain < ENOUGH and share == 1.0 and here.lacking <= LACKING:
+        if gain < enough and share == 1.0 and here.lacking <= LACKING:
             break
     return here
 
 
-def on_tasks(around: Surroundings, control: Array, distance: float) -> Array | None:
-    """Return a spline within the position limits whose goal is brought onto the tasks, or None where it cannot be.
+def _form(around: Surroundings, intervals: int) -> Program:
+    return program(around.degree, intervals, around.limits, around.box, around.is_goal_free, len(around.waypoints))
+
+
+def on_tasks(around: Surroundings, control: Array, distance: float, moments: Array = NO_MOMENTS) -> Array | None:
+    """Return a spline within the position limits that is brought onto the tasks, or None where it cannot be.
+
+    Its goal takes the whole spline with it; a waypoint takes as much of it as keeps it smooth.
 
     Args:
         around: The tasks.
         control: Control points (M + d, m), s.
         distance: The distance that pairs keep at the goal, m; minus infinity to leave clearances alone.
+        moments: When it passes the waypoints (P,), in intervals.
     """
-    if not around.is_goal_free:
-        return _within_limits(around, control)
-    found = around.solver.solve(around.configurations(control[-1:])[0], around.problem.tasks, distance)
-    if not found.reached:
-        return None
-    goal, degree = around.points(found.q), around.degree
-    moved = control + ramp(degree, len(control) - degree)[:, None] * (goal - control[-1])
-    moved[-degree:] = goal
-    return _within_limits(around, moved)
-
-
-def _within_limits(around: Surroundings, control: Array) -> Array:
-    """Return a spline whose control points between both ends are within the position limits."""
-    moved, degree = control.copy(), around.degree
-    moved[degree:-degree] = np.clip(control[degree:-degree], *around.box)
-    return moved
+    degree, moved = around.degree, control
+    if around.is_goal_free:
+        found = around.solver.solve(around.configurations(control[-1:])[0], around.problem.tasks, distance)
+        if not found.reached:
+            return None
+        goal = around.points(found.q)
+        moved = control + ramp(degree, len(control) - degree)[:, None] * (goal - control[-1])
+        moved[-degree:] = goal
+    moved = within_limits(around, moved)
+    if not around.waypoints:
+        return moved
+    return onto_waypoints(around, moved, weights(degree, len(control) - degree, moments))
 
 
 def lacking_at(around: Surroundings, control: Array, times: Array) -> Array:

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from humanoid_rail._arrays import Array
-from humanoid_rail.optimisation.program import Clearances, Indices, Program
+from humanoid_rail.optimisation.program import Program
+from humanoid_rail.optimisation.rows import Clearances, Indices
 from humanoid_rail.optimisation.spline import weights
 
 if TYPE_CHECKING:

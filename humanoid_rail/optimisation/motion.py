@@ -27,7 +27,8 @@ from humanoid_rail.optimisation.least_time import (
     surroundings,
 )
 from humanoid_rail.optimisation.seed import along
-from humanoid_rail.optimisation.spline import refined, shortest_interval
+from humanoid_rail.optimisation.spline import as_cubic, knots, refined
+from humanoid_rail.optimisation.waypoints import exactly_at_waypoints
 from humanoid_rail.problem import Problem
 from humanoid_rail.timing.lower_bound import least_duration_along
 from humanoid_rail.timing.time_optimal import Limits, limits_of
@@ -46,7 +47,9 @@ SPARE = 3e-4
 INTERVAL = 0.15
 """Knots are about this far apart, s, ..."""
 FEWEST, MOST = 10, 16
-"""... but there are so many intervals between them."""
+"""... but there are so many intervals between them, ..."""
+FEWEST_MORE = 3
+"""... and at least so many more for each waypoint; at most as many times more as there are waypoints."""
 FINER = (1, 2)
 """A spline that finds no way out of an obstacle begins again, with so many times as many intervals: it cuts the path's
 curves less."""
@@ -57,15 +60,13 @@ LOOKS, CLOSE_LOOKS = 8, 32
 REPAIRS = 3
 """A spline is repaired at most so often."""
 REPAIR_STEPS = 3
-"""By at most so many steps each."""
+"""By at most so many steps each, from one stop or waypoint to the next."""
 REPAIR_TRUST = 0.05
 """The first step of a repair moves control points at most this far, s."""
 MUCH_SHORTER = 0.9
 """A motion that takes at most this share of the one that follows the path most loosely is shorter than the others."""
 LONGEST_STEP = 0.02
 """Samples are at most this far apart, however far they may be, s: over as long accelerations set in."""
-ROUNDING = 1e-9
-"""The interval is this share longer than limits ask for."""
 
 
 class Found(NamedTuple):
@@ -127,21 +128,27 @@ def _optimised(
     around = surroundings(problem, limits[:degree], moving, distance + SPARE, path[-1])
     steps = 0
     for finer in FINER:
-        control = _seed(around, path, finer)
+        control = seed(around, path, finer)
         times = np.arange((len(control) - degree) * LOOKS + 1) / LOOKS
         course = shorten(around, control, times, max_steps, deadline, taken=steps)
-        motion, steps = (
-            (None, course.steps) if course.lacking > LOST else _repaired(around, course, times, dt, deadline)
-        )
+        motion, _, steps = repaired(around, course, times, dt, deadline)
         if motion is not None or time.perf_counter() > deadline:
             return motion, steps
     return None, steps
 
 
-def _repaired(
-    around: Surroundings, course: Course, times: Array, dt: float, deadline: float
-) -> tuple[TimedMotion | None, int]:
-    """Return the motion of a spline, repaired where it comes too near to something, None if that fails, and the steps.
+class Repaired(NamedTuple):
+    """The motion of a spline, if there is one."""
+
+    motion: TimedMotion | None
+    passed: list[int]
+    """The samples at which it is at its waypoints."""
+    steps: int
+    """How many programs were solved."""
+
+
+def repaired(around: Surroundings, course: Course, times: Array, dt: float, deadline: float) -> Repaired:
+    """Return the motion of a spline, repaired where it comes too near to something; none if that fails.
 
     Args:
         around: What it is shortened within.
@@ -151,29 +158,37 @@ def _repaired(
         deadline: When it is cut off, on the clock of `time.perf_counter`, s.
     """
     distance = around.distance - SPARE
+    if course.lacking > LOST:
+        return Repaired(None, [], course.steps)
     for repair in range(REPAIRS + 1):
-        ended = on_tasks(around, course.control, distance)
-        if ended is None:
+        ended = on_tasks(around, course.control, distance, course.moments)
+        exact = None if ended is None else exactly_at_waypoints(around, ended, course.moments, dt)
+        if exact is None:
             break
-        motion = _as_motion(around, ended, dt)
+        motion, passed = _as_motion(around, exact.control, dt, exact.places)
         if motion.bound >= distance - bound_resolution():
-            return motion, course.steps
+            return Repaired(motion, passed, course.steps)
         if repair == REPAIRS or time.perf_counter() > deadline:
             break
+        if around.waypoints:
+            course = course._replace(control=exact.control)
         times, is_lacking = _closer(around, course, times, len(course.control) - around.degree)
         if not is_lacking:
             break
-        course = shorten(around, course.control, times, REPAIR_STEPS, deadline, REPAIR_TRUST, course.steps)
-    return None, course.steps
+        steps = REPAIR_STEPS * (1 + len(around.waypoints))
+        course = shorten(around, course.control, times, steps, deadline, REPAIR_TRUST, course.steps, course.moments)
+    return Repaired(None, [], course.steps)
 
 
-def _seed(around: Surroundings, path: Array, finer: int) -> Array:
+def seed(around: Surroundings, path: Array, finer: int) -> Array:
     """Return control points (M + d, m) along a path (N, n), so many times closer than they mostly are."""
     points = around.points(path)
     # Limits of speed are 1 in these units, where there are any.
     rise = float((1.0 / around.limits[1])[np.ptp(points, axis=0) > 0.0].max())
     duration = float(abs(np.diff(points, axis=0)).max(axis=1).sum()) + rise
-    intervals = finer * int(np.clip(np.ceil(duration / INTERVAL), FEWEST, MOST))
+    passed = len(around.waypoints)
+    fewest, most = FEWEST + FEWEST_MORE * passed, MOST * (1 + passed)
+    intervals = finer * int(np.clip(np.ceil(duration / INTERVAL), fewest, most))
     return along(points, rise, around.degree, intervals)
 
 
@@ -184,17 +199,16 @@ def _closer(around: Surroundings, course: Course, times: Array, intervals: int) 
     return np.union1d(times, close[lacking]), bool(lacking.any())
 
 
-def _as_motion(around: Surroundings, control: Array, dt: float) -> TimedMotion:
-    """Return the motion of control points (M + d, m), as a cubic spline with knots that are at most dt apart.
+def _as_motion(around: Surroundings, control: Array, dt: float, places: Array) -> tuple[TimedMotion, list[int]]:
+    """Return the motion of control points (M + d, m), and at which of its samples it is at its waypoints.
 
-    The control points of a quadratic spline, after knots were inserted, are taken for those of a cubic one. That is the
-    quadratic one averaged over the time between knots: it keeps the same limits, and its accelerations are continuous
-    and 0 at both ends.
+    It is a cubic spline with knots that are at most dt apart. There are samples at these, and where it is at waypoints:
+    at places (P,), as numbers of these samples.
     """
-    interval = shortest_interval(control, around.limits) * (1.0 + ROUNDING)
-    parts = max(1, int(np.ceil(interval / dt)))
-    fine = around.configurations(refined(control, around.degree, parts))
-    if around.degree == 2:
-        fine = np.vstack([fine[:1], fine, fine[-1:]])
-    robot = around.problem.robot
-    return certified_motion(robot, around.problem.obstacles, fine, interval / parts, [len(fine) - 3])
+    interval, parts = knots(control, around.limits, dt)
+    fine = as_cubic(around.configurations(refined(control, around.degree, parts)), around.degree)
+    robot, between = around.problem.robot, places[places % 1.0 != 0.0]
+    motion = certified_motion(
+        robot, around.problem.obstacles, fine, interval / parts, [len(fine) - 3], between.tolist()
+    )
+    return motion, [int(np.ceil(place)) + int((between < place).sum()) for place in places]

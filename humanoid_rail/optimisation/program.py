@@ -9,7 +9,9 @@ subject to
 
 - $|\Delta^k (P + D)| \le l_k h^k (1 + k x)$ for the limit $l_k$ of the derivative of order k,
 - $\psi_i + \nabla \psi_i \cdot (W_i D) \ge -s$ for each row i of clearances,
-- $e + J D_g = 0$ for the tasks at the goal, $|D| \le \tau$, $q^- \le P + D \le q^+$ and $s \ge 0$.
+- $e + J D_g = 0$ for the tasks at the goal, $|D| \le \tau$, $q^- \le P + D \le q^+$ and $s \ge 0$,
+- $e_w + J_w (W_w D + q'(u_w) \, \delta u_w) = 0$ for the tasks at each waypoint, which is passed at a moment $u_w$ that
+  may change: $\delta u_w$ are unknowns too.
 
 a(D) are the accelerations as shares of their limits. The right sides of the limits are tangents of $l_k (h + dh)^k$,
 which is convex: what keeps them keeps the limits. Joint coordinates are in units of their speed limits, so that control
@@ -18,15 +20,16 @@ points and the trust region $\tau$ are in s.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
 from humanoid_rail._arrays import Array
+from humanoid_rail.optimisation.rows import Clearances, Goal, Indices, Pass, Step
 
 CALM = 1e-3
 """Weight of the mean squared acceleration, in shares of the limits: of motions equally fast the calmest is taken."""
@@ -42,39 +45,6 @@ MAX_ITERATIONS = 60
 """The interior-point method takes at most this many steps."""
 MANY_ROWS = 100
 """With more rows of clearances the solver is quicker with dense blocks, one for each control point."""
-
-Indices = NDArray[np.integer]
-
-
-class Clearances(NamedTuple):
-    """Rows of clearances. R rows, m joints, d the spline's degree."""
-
-    first: Indices
-    """The first free control point that a row depends on (R,)."""
-    weights: Array
-    """How much it depends on that one and those after it (R, d + 1)."""
-    spare: Array
-    """How much farther apart a pair is than it has to be (R,), m."""
-    gradient: Array
-    """Of that, with respect to the joints (R, m), m/s."""
-
-
-class Goal(NamedTuple):
-    """The tasks at the goal."""
-
-    error: Array
-    """(r,), m."""
-    jacobian: Array
-    """(r, m), m/s."""
-
-
-class Step(NamedTuple):
-    """What the program proposes."""
-
-    change: Array
-    """Of all control points (M + d, m), s."""
-    merit: float
-    """To first order: the duration after it as a share of what it was, and the penalty of what clearances lack."""
 
 
 class _Pattern(NamedTuple):
@@ -133,6 +103,8 @@ class Program:
     pattern: _Pattern
     calm: sparse.csc_array
     """The matrix of the squared accelerations, in shares of the limits, for an interval of 1 s."""
+    passed: int = 0
+    """The number of waypoints, P."""
 
     @property
     def free(self) -> Array:
@@ -149,8 +121,19 @@ class Program:
         """The number of coordinates of D."""
         return int(self.free.shape[1]) * self.joints
 
+    @property
+    def unknowns(self) -> int:
+        """The number of unknowns: D, x, s, and the shifts of moments."""
+        return self.changes + 2 + self.passed
+
     def step(
-        self, control: Array, interval: float, clearances: Clearances, goal: Goal | None, trust: float
+        self,
+        control: Array,
+        interval: float,
+        clearances: Clearances,
+        goal: Goal | None,
+        trust: float,
+        passes: Sequence[Pass] = (),
     ) -> Step | None:
         """Return the best step; None if the solver has none.
 
@@ -160,6 +143,7 @@ class Program:
             clearances: Their rows.
             goal: The tasks at the goal; None if it stays.
             trust: No control point moves farther in any coordinate, s.
+            passes: The tasks at the waypoints (P,).
         """
         import piqp
 
@@ -175,30 +159,37 @@ class Program:
         nothing = np.full(len(upper), -np.inf)
         solver.setup(
             *_objective(self, control, interval, trust),
-            *_equalities(self, goal),
+            *_equalities(self, goal, passes),
             matrix,
             nothing,
             upper,
-            *_bounds(self, control, trust),
+            *_bounds(self, control, trust, passes),
         )
         status = solver.solve()
         x = solver.result.x
         if status not in (piqp.PIQP_SOLVED, piqp.PIQP_MAX_ITER_REACHED) or not np.isfinite(x).all():
             return None
-        change, share, slack = x[:-2].reshape(-1, self.joints), float(x[-2]), max(0.0, float(x[-1]))
-        return Step(self.free @ change, 1.0 + share + PENALTY * slack)
+        change, (share, slack), shift = np.split(x, [self.changes, self.changes + 2])
+        merit = 1.0 + float(share) + PENALTY * max(0.0, float(slack))
+        return Step(self.free @ change.reshape(-1, self.joints), merit, shift)
 
 
 def program(
-    degree: int, intervals: int, limits: tuple[Array, ...], box: tuple[Array, Array], is_goal_free: bool
+    degree: int,
+    intervals: int,
+    limits: tuple[Array, ...],
+    box: tuple[Array, Array],
+    is_goal_free: bool,
+    passed: int = 0,
 ) -> Program:
     """Return the programs of one problem; see :class:`Program` for the arguments."""
     pattern = _pattern(degree, intervals, limits[0].size, is_goal_free)
     shares = np.tile(1.0 / limits[1] ** 2, intervals + degree - 2)
     curvature = pattern.curvature
-    calm = sparse.block_diag([curvature.T @ curvature.multiply(shares[:, None]), sparse.eye_array(2)], format="csc")
+    others = sparse.eye_array(2 + passed)
+    calm = sparse.block_diag([curvature.T @ curvature.multiply(shares[:, None]), others], format="csc")
     calm.sort_indices()
-    return Program(degree, intervals, limits, box, is_goal_free, pattern, calm)
+    return Program(degree, intervals, limits, box, is_goal_free, pattern, calm, passed)
 
 
 def _inequalities(
@@ -239,7 +230,7 @@ def _inequalities(
                 ),
             ),
         ),
-        shape=(count + size, form.changes + 2),
+        shape=(count + size, form.unknowns),
     )
     return matrix, np.concatenate([1.0 - share[kept], clearances.spare])
 
@@ -250,29 +241,36 @@ def _objective(form: Program, control: Array, interval: float, trust: float) -> 
     weight = CALM / curvature.shape[0] / interval**4
     columns = np.repeat(np.arange(calm.shape[1]), np.diff(calm.indptr))
     steady = np.full(calm.shape[1], STEADY)
-    steady[:-2] /= form.changes * trust**2
+    steady[: form.changes] /= form.changes * trust**2
     values = weight * calm.data
     diagonal = calm.indices == columns
-    # The two last have nothing but that.
+    # The others have nothing but that.
     values[diagonal] = np.where(columns[diagonal] < form.changes, values[diagonal], 0.0) + steady
     turning = (np.diff(control, 2, axis=0) / form.limits[1] ** 2).ravel()
-    linear = np.concatenate([weight * (curvature.T @ turning), [1.0, PENALTY]])
+    linear = np.concatenate([weight * (curvature.T @ turning), [1.0, PENALTY], np.zeros(form.passed)])
     return sparse.csc_matrix((values, calm.indices, calm.indptr), shape=calm.shape), linear
 
 
-def _equalities(form: Program, goal: Goal | None) -> tuple[sparse.csc_matrix, Array]:
-    """Return the rows of the tasks at the goal, and their right sides."""
-    if goal is None:
-        return sparse.csc_matrix((0, form.changes + 2)), np.zeros(0)
-    matrix = np.zeros((len(goal.error), form.changes + 2))
-    matrix[:, form.changes - form.joints : form.changes] = goal.jacobian
-    return sparse.csc_matrix(matrix), -goal.error
+def _equalities(form: Program, goal: Goal | None, passes: Sequence[Pass]) -> tuple[sparse.csc_matrix, Array]:
+    """Return the rows of the tasks at the waypoints and at the goal, and their right sides."""
+    errors = [one.error for one in passes] + ([] if goal is None else [goal.error])
+    matrix, row = np.zeros((sum(error.size for error in errors), form.unknowns)), 0
+    for number, one in enumerate(passes):
+        rows, row = slice(row, row + one.error.size), row + one.error.size
+        matrix[rows, : form.changes] = np.kron(one.weights, one.jacobian)
+        matrix[rows, form.changes + 2 + number] = one.rate
+    if goal is not None:
+        matrix[row:, form.changes - form.joints : form.changes] = goal.jacobian
+    return sparse.csc_matrix(matrix), -np.concatenate([*errors, np.zeros(0)])
 
 
-def _bounds(form: Program, control: Array, trust: float) -> tuple[Array, Array]:
+def _bounds(form: Program, control: Array, trust: float, passes: Sequence[Pass] = ()) -> tuple[Array, Array]:
     """Return the bounds of the unknowns."""
     movable = control[form.free.argmax(axis=0)]
     # What is beyond a limit by rounding may stay there.
     lower = np.clip(np.minimum(form.box[0] - movable, 0.0), -trust, None).ravel()
     upper = np.clip(np.maximum(form.box[1] - movable, 0.0), None, trust).ravel()
-    return np.append(lower, [-LARGEST_CHANGE, 0.0]), np.append(upper, [LARGEST_CHANGE, np.inf])
+    return (
+        np.concatenate([lower, [-LARGEST_CHANGE, 0.0], [one.earlier for one in passes]]),
+        np.concatenate([upper, [LARGEST_CHANGE, np.inf], [one.later for one in passes]]),
+    )

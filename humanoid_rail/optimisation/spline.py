@@ -15,6 +15,9 @@ from scipy.interpolate import BSpline
 
 from humanoid_rail._arrays import Array
 
+ROUNDING = 1e-9
+"""Intervals are this share longer than limits ask for."""
+
 
 def weights(degree: int, intervals: int, times: Array) -> Array:
     """Return the weights (S, M + d) of the control points in a spline at times (S,) in intervals, from 0 to M."""
@@ -37,6 +40,15 @@ def shortest_interval(control: Array, limits: Sequence[Array]) -> float:
         share = np.divide(largest, limit, out=np.zeros_like(largest), where=largest > 0.0)
         shortest = max(shortest, float(share.max() ** (1.0 / order)))
     return shortest
+
+
+def knots(control: Array, limits: Sequence[Array], dt: float) -> tuple[float, int]:
+    """Return how long the intervals of a motion are, s, and into how many parts of at most dt in s they are divided.
+
+    See :func:`shortest_interval` for the arguments.
+    """
+    interval = shortest_interval(control, limits) * (1.0 + ROUNDING)
+    return interval, max(1, int(np.ceil(interval / dt)))
 
 
 def refined(control: Array, degree: int, parts: int) -> Array:
@@ -66,3 +78,13 @@ def ramp(degree: int, intervals: int) -> Array:
     at[:degree], at[-degree:] = 0.0, 1.0
     smooth: Array = at**2 * (3.0 - 2.0 * at)
     return smooth
+
+
+def as_cubic(control: Array, degree: int) -> Array:
+    """Return the control points of a cubic spline that keeps the limits of a spline (N, n) of degree 2 or 3.
+
+    The control points of a quadratic one are taken for those of a cubic one. That is the quadratic one averaged over
+    the time between knots: it keeps the same limits, and its accelerations are continuous and 0 at both ends. It is
+    an interval longer, and half of one behind.
+    """
+    return np.vstack([control[:1], control, control[-1:]]) if degree == 2 else control

@@ -30,6 +30,7 @@ from humanoid_rail.planning.options import (
     checked_whole,
     found_by,
 )
+from humanoid_rail.planning.passing_plan import without_stopping
 from humanoid_rail.planning.timed_plan import with_least_time
 from humanoid_rail.problem import Problem
 from humanoid_rail.resolution.integrate import Settings, integrate
@@ -190,6 +191,12 @@ class Auto(SafeOptions):
         steps, deadline = self.max_optimisation_steps, started + left
         kept = KeptLimits(self.max_deviation, self.max_tilt)
         return with_least_time(planned, problem, self.safety_distance, kept, steps, settings, deadline)
+
+    def passing(self, planned: Sequence[Planned], problems: Sequence[Problem], spent: float = 0.0) -> Sequence[Planned]:
+        """Make one motion of least time of several; see :meth:`PlanningMethod.passing`."""
+        deadline = time.perf_counter() + max(self.max_planning_time - spent, 0.0)
+        steps = self.max_optimisation_steps * len(planned)
+        return without_stopping(planned, problems, self.dt, self.safety_distance, steps, deadline)
 
     def _plan_path(self, problem: Problem, number: int, settings: Settings) -> Planned:
         """Look for a path and follow it as fast as the speed limits allow."""

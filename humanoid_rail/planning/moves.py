@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import zip_longest
 
 import numpy as np
 
@@ -16,6 +17,9 @@ from humanoid_rail.events import EventKind
 from humanoid_rail.scene.obstacles import name_of
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.scene.targets import Line, Pose, Step, Straight, Target, position
+
+WHY_REST = "objects are grasped or released there, or a hand moves straight to them or from them"
+"""Why a motion rests at targets where it should not."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +35,7 @@ class Happening:
 
 @dataclass(frozen=True)
 class Move:
-    """A part of a motion, from rest to rest."""
+    """A part of a motion, from rest to rest, or to and from targets that are passed without stopping."""
 
     step: int
     """The step of the scene that it belongs to, from 0."""
@@ -49,6 +53,13 @@ class Move:
     """Whether the targets of the step are reached at its end."""
     said: str = ""
     """What messages call it, such as `step 2 of 3, the retreat`."""
+    passes: bool = False
+    """Whether the motion goes on to the next move without a rest."""
+
+    @property
+    def has_to_rest(self) -> bool:
+        """Whether it rests at targets of a step that asks to pass them."""
+        return self.arrives and not self.targets.stop and not self.passes
 
 
 def moves_of(scene: Scene) -> tuple[Move, ...]:
@@ -57,7 +68,20 @@ def moves_of(scene: Scene) -> tuple[Move, ...]:
     for number, step in enumerate(scene.steps):
         moves, held, touching = _moves_of_step(scene, number, step, held, touching)
         found += moves
-    return tuple(replace(move, said=f"step {move.step + 1} of {len(scene.steps)}{move.said}") for move in found)
+    return tuple(
+        replace(move, said=f"step {move.step + 1} of {len(scene.steps)}{move.said}", passes=_passes(move, after))
+        for move, after in zip_longest(found, found[1:])
+    )
+
+
+def _passes(move: Move, after: Move | None) -> bool:
+    """Return whether a motion passes the targets of a move: if its step says so, and nothing happens there.
+
+    A straight way begins and ends at rest.
+    """
+    if after is None or move.targets.stop or not move.arrives:
+        return False
+    return not (move.ends or after.begins or move.straight or after.straight)
 
 
 def _moves_of_step(

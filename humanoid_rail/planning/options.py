@@ -93,6 +93,20 @@ class PlanningMethod(Method, Protocol):
         """
         ...
 
+    def passing(self, planned: Sequence[Planned], problems: Sequence[Problem], spent: float = 0.0) -> Sequence[Planned]:
+        """Return segments that follow each other, made to pass the targets of all but the last without stopping.
+
+        Args:
+            planned: The segments, which reach their targets and rest there, if their timing knows rests.
+            problems: What each was planned for.
+            spent: The time that planning took so far, s.
+
+        Returns:
+            As many segments, or those given if the targets cannot be passed: then what is said of the optimisation of
+            the last one says why.
+        """
+        ...
+
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
@@ -188,6 +202,11 @@ class Options:
             InvalidInput: If one has to be.
         """
         check_no_turns(scene)
+
+    def passing(self, planned: Sequence[Planned], problems: Sequence[Problem], spent: float = 0.0) -> Sequence[Planned]:
+        """Return the segments as they are: motions whose accelerations have no limits need no rest at targets."""
+        del problems, spent
+        return planned
 
     def _settings(self, moved: float = 0.0, **more: float) -> Settings:
         given = {"rtol": 1.0, "atol": 1.0, **more}

@@ -37,6 +37,8 @@ from humanoid_rail.trajectory import Trajectory
 
 UNPROVEN = "the native engine, which proves motions free of contact, is not installed"
 """The reason of a motion that nothing could be proven of says this."""
+RESTS = "it rests at targets that were to be passed"
+"""So does that of one that cannot do without."""
 
 
 def plan(robot: Robot, scene: Scene, method: PlanningMethod | str = "auto") -> Trajectory:
@@ -128,6 +130,8 @@ def _result(robot: Robot, scene: Scene, method: PlanningMethod, segments: Segmen
         samples = (motion.t, motion.q, None) if timed is None else (timed.t, timed.q, timed.velocity)
         certificate = replace(certificate, deviations=deviations_of(robot, segments.kept, *samples))
     status, reason = judged(certificate, method, motion.status, motion.reason)
+    if segments.optimisation is not None and segments.optimisation.stopped:
+        reason += f"; {RESTS}: {segments.optimisation.stopped}"
     planning_time, diagnosis = time.perf_counter() - started, None
     if segments.unreached is not None and certificate is not None:
         diagnosis = diagnose(segments.unreached, method, started)

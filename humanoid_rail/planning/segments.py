@@ -17,7 +17,7 @@ from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.keeping import constraints_of
 from humanoid_rail.planning.kept import Kept
 from humanoid_rail.planning.move_constraints import move_constraints
-from humanoid_rail.planning.moves import Move
+from humanoid_rail.planning.moves import WHY_REST, Move
 from humanoid_rail.planning.object_tasks import hands_in, object_tasks
 from humanoid_rail.planning.options import Planned, PlanningMethod
 from humanoid_rail.planning.stage import Stage, after_happenings
@@ -65,7 +65,7 @@ class Segments:
 def plan_segments(
     robot: Robot, scene: Scene, method: PlanningMethod, first: Problem, moves: Sequence[Move], stage: Stage
 ) -> Segments:
-    """Plan move after move until one does not reach its targets.
+    """Plan move after move until one does not reach its targets; moves that pass their targets become one motion.
 
     Args:
         robot: The robot, with all its hands and without objects.
@@ -76,7 +76,7 @@ def plan_segments(
         stage: What is true of its objects when the first one begins.
     """
     started = time.perf_counter()
-    planned, begun, start = list[Planned](), 0.0, first.q
+    planned, problems, begun, start = list[Planned](), list[Problem](), 0.0, first.q
     unreached: Unreached | None = None
     for number, move in enumerate(moves):
         if begun >= method.max_time:
@@ -89,13 +89,26 @@ def plan_segments(
         spent = time.perf_counter() - started
         found = _for_its_hands(method, robot, problem).plan(problem, number, spent, begun)
         planned.append(replace(found, constraints=tuple(problem.constraints)))
-        motion = planned[-1].motion
-        start, begun = motion.q[-1], begun + float(motion.t[-1])
-        if motion.status is not Status.REACHED:
+        problems.append(problem)
+        if planned[-1].motion.status is not Status.REACHED:
             unreached = Unreached(move.step, problem, planned[-1])
             break
+        begun += float(planned[-1].motion.t[-1])
+        if number > 0 and moves[number - 1].passes and not move.passes:
+            group = slice(_first_of_group(moves, number), None)
+            planned[group] = method.passing(planned[group], problems[group], time.perf_counter() - started)
+            begun = sum(float(one.motion.t[-1]) for one in planned)
+        start = planned[-1].motion.q[-1]
         stage = after_happenings(stage, robot, scene, move, move.ends, begun, start)
     return replace(joined(robot, planned, moves), unreached=unreached, events=stage.events)
+
+
+def _first_of_group(moves: Sequence[Move], last: int) -> int:
+    """Return the number of the first move of those that are made without a rest up to the end of another one."""
+    first = last
+    while first > 0 and moves[first - 1].passes:
+        first -= 1
+    return first
 
 
 def move_problem(robot: Robot, scene: Scene, move: Move, stage: Stage, start: ArrayLike, begun: float = 0.0) -> Problem:
@@ -149,7 +162,7 @@ def joined(robot: Robot, planned: Sequence[Planned], moves: Sequence[Move] = ())
         search=_joined_search([segment.search for segment in planned if segment.search is not None]),
         arrivals=_arrivals(motions, ends, moves),
         timed=_timed(planned),
-        optimisation=_joined_optimisation(planned),
+        optimisation=_joined_optimisation(planned, moves),
         kept=tuple(
             Kept(segment.constraints, begin, end)
             for segment, begin, end in zip(planned, [0.0, *ends[:-1]], ends, strict=True)
@@ -170,7 +183,7 @@ def _timed(planned: Sequence[Planned]) -> tuple[TimedMotion, ...] | None:
     return timed if len(timed) == len(planned) else None
 
 
-def _joined_optimisation(planned: Sequence[Planned]) -> Optimisation | None:
+def _joined_optimisation(planned: Sequence[Planned], moves: Sequence[Move]) -> Optimisation | None:
     """Return what is said of the optimisation of several segments as one."""
     done = [segment.optimisation for segment in planned if segment.optimisation is not None]
     if not done:
@@ -178,8 +191,16 @@ def _joined_optimisation(planned: Sequence[Planned]) -> Optimisation | None:
     reasons = [one.reason for one in done if one.reason]
     if not reasons and _timed(planned) is None:
         reasons = ["the last targets are not reached"]
-    steps, optimised = sum(one.steps for one in done), sum(one.optimised for one in done)
-    return Optimisation(steps, optimised, "; ".join(dict.fromkeys(reasons)))
+    stopped = [one.stopped for one in done if one.stopped]
+    if _timed(planned) is not None and any(move.has_to_rest for move in moves[:-1]):
+        stopped.append(WHY_REST)
+    return Optimisation(
+        steps=sum(one.steps for one in done),
+        optimised=sum(one.optimised for one in done),
+        reason="; ".join(dict.fromkeys(reasons)),
+        passed=sum(one.passed for one in done),
+        stopped="; ".join(dict.fromkeys(stopped)),
+    )
 
 
 def _joined_motion(motions: Sequence[Integration], ends: Sequence[float], moves: Sequence[Move]) -> Integration:

@@ -24,16 +24,17 @@ from humanoid_rail.errors import InvalidInput, check_kind, checked_number, told_
 from humanoid_rail.kinematics.joint_limits import limit_violations
 from humanoid_rail.kinematics.path_metric import path_quality
 from humanoid_rail.model.robot import Robot
-from humanoid_rail.planning.planner import judged
+from humanoid_rail.planning.planner import RESTS, judged
 from humanoid_rail.planning.segments import arrival
 from humanoid_rail.planning.verification import check_robot
-from humanoid_rail.resampling import evaluate
+from humanoid_rail.resampling import SAME_TIME, evaluate
 from humanoid_rail.result import MAX_SAMPLES, Motion, Retiming, Status, Verdict
+from humanoid_rail.retiming.passing import Retimed, along_segments
 from humanoid_rail.samples import samples_along
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.timing.lower_bound import least_duration_of
 from humanoid_rail.timing.time_optimal import Limits
-from humanoid_rail.timing.timed_motion import TimedMotion, along_path, wanted_bound
+from humanoid_rail.timing.timed_motion import wanted_bound
 from humanoid_rail.trajectory import Trajectory
 
 FINE = 5e-3
@@ -63,6 +64,8 @@ def retime(
 ) -> Trajectory:
     """Return a trajectory along the same path, as fast as the limits allow, at rest at both ends and at each target.
 
+    Targets of steps with `stop` false are passed, within the method's tolerance of them; `reason` says why if not.
+
     The motion is a cubic spline with continuous accelerations, and is certified afresh. It is `uncertified` if it
     reaches its targets by `auto` or `qp` and cannot be certified, as can happen among moving obstacles; if it does not
     reach them, the reason and the times in it are the plan's.
@@ -78,7 +81,7 @@ def retime(
         jerk_limit: The same, m/s^3 and rad/s^3; most robots have none.
         speed: Share of the velocity limits to use, from 0.001 to 1; of the acceleration limits its square is used, as
             if time went slower. A jerk limit stays.
-        dwell: How long to rest at each target before the next, s.
+        dwell: How long to rest at each target before the next, s, where it rests.
         max_time: Longest motion, s; one that takes longer is `time_limit`, although it is returned.
 
     Raises:
@@ -101,20 +104,22 @@ def retime(
     segments = _segments(trajectory)
     _check_moving(robot, segments, limits)
     wanted = wanted_bound(trajectory.certificate, trajectory.method.kept_distance)
-    motion = along_path(robot, scene.obstacles, segments, limits, step, rest, wanted)
-    retimed = _result(trajectory, robot, scene, motion, longest, limits)
+    along = along_segments(robot, scene, segments, trajectory, limits, step, rest, wanted)
+    retimed = _result(trajectory, robot, scene, along, longest, limits)
     spent = trajectory.planning_time + time.perf_counter() - started
     done = Retiming(step, share, rest)
     return replace(retimed, provenance=replace(retimed.provenance, planning_time=spent, retiming=done))
 
 
 def _result(
-    trajectory: Trajectory, robot: Robot, scene: Scene, motion: TimedMotion, longest: float, limits: Limits
+    trajectory: Trajectory, robot: Robot, scene: Scene, along: Retimed, longest: float, limits: Limits
 ) -> Trajectory:
     """Return a retimed motion as a trajectory, with a verdict of its own."""
+    motion, arrivals, stopped = along
     t, q, certificate = frozen(motion.t), frozen(motion.q), motion.certificate
-    arrivals = tuple(float(t[end]) for end in motion.ends[: len(trajectory.arrivals)])
     status, reason = _judged(trajectory, len(scene.steps), arrivals, float(t[-1]), longest, certificate)
+    if stopped:
+        reason += f"; {RESTS}: {stopped}"
     found = Motion(t, q, robot.joint_names, motion.timing(robot, limits))
     return Trajectory(
         motion=found,
@@ -185,14 +190,15 @@ def _limit(name: str, given: ArrayLike | None, robot: Robot, default: Array) -> 
 
 
 def _segments(trajectory: Trajectory) -> list[Array]:
-    """Return the paths from one rest to the next."""
+    """Return the paths from one target to the next."""
     given = [0.0, *trajectory.arrivals, trajectory.duration]
     if any(later < sooner for sooner, later in pairwise(given)):
         raise InvalidInput("trajectory.arrivals", trajectory.arrivals, "times of the motion, in their order")
     t, q = trajectory.t, trajectory.q
     if trajectory.timing is not None and len(t) > 1:
         # It is no polyline.
-        t = np.unique(np.concatenate([t, np.arange(0.0, t[-1], max(FINE, t[-1] / MAX_SAMPLES))]))
+        passed = [arrival for arrival in trajectory.arrivals if abs(t - arrival).min() > SAME_TIME]
+        t = np.unique(np.concatenate([t, passed, np.arange(0.0, t[-1], max(FINE, t[-1] / MAX_SAMPLES))]))
         q, _, _ = evaluate(trajectory.motion, t)
     arrivals = [int(np.argmin(abs(t - arrival))) for arrival in trajectory.arrivals]
     ends = [0, *arrivals] + [len(t) - 1] * (not arrivals or arrivals[-1] < len(t) - 1)

@@ -8,13 +8,14 @@ from humanoid_rail._validation import FIELDS_HEADING
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.model.robot_file import RobotFile
 from humanoid_rail.scene.scene import Scene
+from humanoid_rail.scene.targets import Step
 
 
 def scene_schema(robot: Robot) -> dict[str, Any]:
     """Return the JSON Schema of scene files, in which scenes that name no robot are for a given one."""
     schema = Scene.model_json_schema()
     hands = {
-        "properties": dict.fromkeys(robot.hand_names, True),
+        "properties": dict.fromkeys((*Step.model_fields, *robot.hand_names), True),
         "required": list(robot.hand_names),
         "additionalProperties": False,
     }

@@ -27,6 +27,22 @@ def samples(control: Array, dt: float) -> tuple[Array, Array, Array]:
     return q, velocity, acceleration
 
 
+def samples_between(control: Array, dt: float, places: Array) -> tuple[Array, Array, Array]:
+    """Return positions, velocities and accelerations (P, n) of a spline at places (P,), as numbers of its knots.
+
+    See :func:`samples` for the other arguments.
+    """
+    first = np.clip(places.astype(int), 0, len(control) - 4)
+    u = (places - first)[:, None]
+    a, b, c, d = (control[first + k] for k in range(4))
+    ab, bc, cd = b - a, c - b, d - c
+    bent, bends = bc - ab, cd - bc
+    q: Array = b + (bc - ab) / 6.0 + u * ((ab + bc) / 2.0 + u * (bent / 2.0 + u * (bends - bent) / 6.0))
+    velocity: Array = ((ab + bc) / 2.0 + u * (bent + u * (bends - bent) / 2.0)) / dt
+    acceleration: Array = (bent + u * (bends - bent)) / dt**2
+    return q, velocity, acceleration
+
+
 def fastest_in_between(velocity: Array, acceleration: Array, dt: float | Array) -> Array:
     """Return the velocity (N, n) that is largest in size from each sample to before the next, from the samples.
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.result import Motion
@@ -37,7 +39,9 @@ def least_duration(stops: Array, velocity: Array, acceleration: Array) -> float:
 
 
 def least_duration_of(motion: Motion, arrivals: Sequence[float], velocity: Array | None) -> float | None:
-    """Return how long a motion takes at least that rests where this one does at its targets, s; None if unknown.
+    """Return how long a motion takes at least that is at its targets, and rests at them, as this one does, s.
+
+    None if it is unknown.
 
     Args:
         motion: The motion. If it has a timing, that has the limits.
@@ -53,7 +57,32 @@ def least_duration_of(motion: Motion, arrivals: Sequence[float], velocity: Array
     if len(limits) != len(motion.joint_names):
         return None
     stops = [0, *(int(np.argmin(abs(motion.t - arrival))) for arrival in arrivals), len(motion.t) - 1]
-    return least_duration(motion.q[stops], *limits.T)
+    still = 0.0 if motion.timing is None else abs(motion.timing.velocity[stops]).max(axis=1)
+    rests = np.broadcast_to(still == 0.0, len(stops))
+    return least_duration_through(motion.q[stops], rests, *limits.T)
+
+
+def least_duration_through(points: Array, rests: NDArray[np.bool_], velocity: Array, acceleration: Array) -> float:
+    """Return how long a motion takes at least, s, that is at configurations in turn and rests at some of them.
+
+    Args:
+        points: The configurations (K, n), m and rad. It rests at the first and at the last.
+        rests: At which ones it rests (K,).
+        velocity: Limits (n,), m/s and rad/s.
+        acceleration: Limits (n,), m/s^2 and rad/s^2.
+    """
+    at = np.flatnonzero(rests)
+    ends = np.unique([0, *at, len(points) - 1])
+    if len(ends) == len(points):
+        return least_duration(points, velocity, acceleration)
+    return sum(
+        max(
+            least_duration_along(points[a : b + 1], velocity, acceleration, np.zeros_like(velocity)),
+            # At full speed all the way, but from each one to the next as long as the slowest joint needs.
+            least_duration(points[a : b + 1], velocity, np.full_like(acceleration, np.inf)),
+        )
+        for a, b in pairwise(ends)
+    )
 
 
 def least_duration_along(path: Array, velocity: Array, acceleration: Array, stray: Array) -> float:

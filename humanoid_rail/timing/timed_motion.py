@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +17,7 @@ from humanoid_rail.kinematics.path_metric import STANDSTILL, path_length
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.result import Peak, Timing
 from humanoid_rail.scene.obstacles import Obstacle
-from humanoid_rail.timing.bspline import fastest_in_between, peaks, samples
+from humanoid_rail.timing.bspline import fastest_in_between, peaks, samples, samples_between
 from humanoid_rail.timing.rest_to_rest import follow
 from humanoid_rail.timing.smooth_path import deviation, smooth_path
 from humanoid_rail.timing.time_optimal import Limits
@@ -31,7 +32,10 @@ CUT = 0.005
 
 
 class TimedMotion(NamedTuple):
-    """A motion at its samples, which are evenly spaced in each segment, and what is proven of it."""
+    """A motion at its samples, and what is proven of it.
+
+    They are evenly spaced in each segment, but for those where a target is passed.
+    """
 
     t: Array
     """(N,), s."""
@@ -77,7 +81,12 @@ class TimedMotion(NamedTuple):
 
 
 def certified_motion(
-    robot: Robot, obstacles: tuple[Obstacle, ...], control: Array, dt: float, ends: list[int]
+    robot: Robot,
+    obstacles: tuple[Obstacle, ...],
+    control: Array,
+    dt: float,
+    ends: list[int],
+    between: Sequence[float] = (),
 ) -> TimedMotion:
     """Return the motion of control points (N + 2, n), m and rad, that are dt apart in s, certified.
 
@@ -87,16 +96,40 @@ def certified_motion(
         control: Those of a cubic spline.
         dt: Time between them, s.
         ends: The samples at which the motion's segments end.
+        between: Where there are further samples between these, as numbers of samples, in their order.
     """
     q, velocity, acceleration = samples(control, dt)
     t = np.arange(len(q), dtype=float) * dt
+    if len(between) > 0:
+        places = np.asarray(between, float)
+        more, at = samples_between(control, dt, places), np.ceil(places).astype(int)
+        t = np.insert(t, at, places * dt)
+        q, velocity, acceleration = (
+            np.insert(of_all, at, of_more, axis=0)
+            for of_all, of_more in zip((q, velocity, acceleration), more, strict=True)
+        )
+        ends = [end + int((places < end).sum()) for end in ends]
     began = time.perf_counter()
     certificate = certify(robot, obstacles, t, q, velocity)
     return TimedMotion(t, q, velocity, acceleration, ends, certificate, time.perf_counter() - began)
 
 
+def parts_of(motion: TimedMotion, at: Sequence[int]) -> list[TimedMotion]:
+    """Return the parts of a motion before, between and after samples, each from t = 0 on, with its certificate."""
+    return [
+        motion._replace(
+            t=motion.t[a : b + 1] - motion.t[a],
+            q=motion.q[a : b + 1],
+            velocity=motion.velocity[a : b + 1],
+            acceleration=motion.acceleration[a : b + 1],
+            ends=[b - a],
+        )
+        for a, b in pairwise([0, *at, len(motion.t) - 1])
+    ]
+
+
 def joined_motion(motions: Sequence[TimedMotion], proof: Callable[[Array, Array, Array], Certificate]) -> TimedMotion:
-    """Return motions that follow each other as one; each begins where the one before ends, and both are at rest there.
+    """Return motions that follow each other as one; each begins where the one before ends, and as fast.
 
     Args:
         motions: The motions, among obstacles at rest: each is certified as if it began at t = 0.

@@ -135,8 +135,8 @@ def test_where_it_cannot_be_certified_the_path_is_followed(robot: Robot, monkeyp
 def test_what_would_take_longer_is_not_taken(robot: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
     scene = scene_of("sparse-80003")
     before = retime(plan(robot, scene, QUICK))
-    real = optimisation_motion.shortest_interval
-    monkeypatch.setattr(optimisation_motion, "shortest_interval", lambda *a: 2.0 * real(*a))
+    real = optimisation_motion.knots
+    monkeypatch.setattr(optimisation_motion, "knots", lambda *a: (2.0 * real(*a)[0], 2 * real(*a)[1]))
     found = plan(robot, scene)
     np.testing.assert_array_equal(found.q, before.q)
 

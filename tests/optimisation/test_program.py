@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from conftest import central_difference
@@ -11,8 +13,6 @@ from humanoid_rail.optimisation.program import (
     LARGEST_CHANGE,
     PENALTY,
     STEADY,
-    Clearances,
-    Goal,
     Program,
     _bounds,
     _equalities,
@@ -20,7 +20,8 @@ from humanoid_rail.optimisation.program import (
     _objective,
     program,
 )
-from humanoid_rail.optimisation.spline import shortest_interval
+from humanoid_rail.optimisation.rows import Clearances, Goal, Pass
+from humanoid_rail.optimisation.spline import shortest_interval, weights
 
 JOINTS, INTERVALS, TRUST = 3, 7, 0.2
 
@@ -143,10 +144,45 @@ def test_bounds_and_the_tasks_at_the_goal(rng: np.random.Generator) -> None:
     beyond = np.tile(form.box[1], len(moved) // JOINTS)
     assert (moved + upper[:-2] <= np.maximum(beyond, moved) + 1e-12).all()
     goal = Goal(rng.normal(size=2), rng.normal(size=(2, JOINTS)))
-    matrix, wanted = _equalities(form, goal)
+    matrix, wanted = _equalities(form, goal, [])
     x = rng.normal(size=form.changes + 2)
     at_goal = (form.free @ x[:-2].reshape(-1, JOINTS))[-1]
     np.testing.assert_allclose(matrix @ x - wanted, goal.error + goal.jacobian @ at_goal)
+
+
+@pytest.mark.parametrize("degree", [2, 3])
+@pytest.mark.parametrize("is_goal_free", [True, False])
+def test_rows_at_waypoints_are_tangents(degree: int, is_goal_free: bool, rng: np.random.Generator) -> None:
+    """The errors after a change of control points, interval, slack and moments, without linearising."""
+    form = replace(form_of(degree, is_goal_free), passed=2)
+    control, _ = control_of(form, rng)
+    moments, bends = np.array([2.6, 4.3]), rng.normal(size=(2, 2, JOINTS))
+
+    def error(number: int, q: np.ndarray) -> np.ndarray:
+        return np.sin(bends[number] @ q)
+
+    def errors(x: np.ndarray) -> np.ndarray:
+        moved = control + form.free @ x[: form.changes].reshape(-1, JOINTS)
+        there = weights(degree, INTERVALS, moments + x[form.changes + 2 :]) @ moved
+        return np.concatenate([error(number, q) for number, q in enumerate(there)])
+
+    here, rates = weights(degree, INTERVALS, moments), np.diff(control, axis=0)
+    at, speeds = here @ control, weights(degree - 1, INTERVALS, moments) @ rates
+    passes = []
+    for number in range(2):
+        jacobian = np.cos(bends[number] @ at[number])[:, None] * bends[number]
+        row = here[number] @ form.free
+        passes.append(Pass(row, error(number, at[number]), jacobian, jacobian @ speeds[number], -0.1, 0.2))
+    goal = Goal(rng.normal(size=1), rng.normal(size=(1, JOINTS))) if is_goal_free else None
+    matrix, wanted = _equalities(form, goal, passes)
+    assert matrix.shape == (4 + is_goal_free, form.unknowns)
+    slopes = central_difference(errors, np.zeros(form.unknowns))
+    np.testing.assert_allclose(matrix.toarray()[:4], slopes, atol=1e-8)
+    np.testing.assert_allclose(-wanted[:4], errors(np.zeros(form.unknowns)))
+    assert (abs(slopes[:, form.changes + 2 :]).max(axis=0) > 0.1).all()
+    lower, upper = _bounds(form, control, TRUST, passes)
+    np.testing.assert_array_equal(lower[-2:], [-0.1, -0.1])
+    np.testing.assert_array_equal(upper[-2:], [0.2, 0.2])
 
 
 @pytest.mark.parametrize("degree", [2, 3])

@@ -262,3 +262,20 @@ def test_python_raises_the_same_errors() -> None:
         Box(center=[0, 0], size=(1, 1, 1))
     with pytest.raises(InvalidInput, match="colour"):
         HalfSpace(normal=(0, 0, 1), offset=0, colour="red")
+
+
+@pytest.mark.parametrize("stop", [1, "no", None])
+def test_stop_is_true_or_false(stop: object) -> None:
+    step = {"left": [0, 0, 1], "right": None}
+    asked = make_scene({"targets": [{**step, "stop": False}, step]})
+    assert [one.stop for one in asked.steps] == [False, True]
+    with pytest.raises(InvalidInput, match=r"targets\[0\]\.stop"):
+        make_scene({"targets": [{**step, "stop": stop}, step]})
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate({"targets": [{**step, "stop": stop}, step]}, SCHEMA)
+
+
+def test_the_schema_knows_what_a_step_says_beside_its_hands() -> None:
+    jsonschema.validate({"targets": [{"left": [0, 0, 1], "right": None, "stop": False}]}, SCHEMA)
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate({"targets": [{"left": [0, 0, 1], "right": None, "stopp": False}]}, SCHEMA)
