@@ -27,7 +27,9 @@ from .resolution.velocity import Gains
 from .result import Motion, Optimisation, Peak, Provenance, Retiming, Status, Timing, Verdict
 from .retiming.retiming import retime
 from .samples import Samples
-from .scene.obstacles import Box, Capsule, HalfSpace, Mesh, Sphere
+from .scene.covers import Cover, HeightField, PointCloud
+from .scene.groups import Group, Repeat, Shelf, flat_obstacles
+from .scene.obstacles import Box, Capsule, Cylinder, HalfSpace, Mesh, Sphere
 from .scene.scene import Scene, load_robot_of_scene, load_scene, make_scene
 from .scene.targets import Pose
 from .trajectory import Trajectory
@@ -42,7 +44,9 @@ __all__ = [
     "Certificate",
     "ConfigurationTask",
     "Contact",
+    "Cover",
     "CycleTimes",
+    "Cylinder",
     "Diagnosis",
     "DirectionTask",
     "EngineMissing",
@@ -51,8 +55,10 @@ __all__ = [
     "FollowerStatus",
     "Gains",
     "GradientProjection",
+    "Group",
     "HalfSpace",
     "Hand",
+    "HeightField",
     "HumanoidRailError",
     "InvalidInput",
     "Kinematics",
@@ -65,18 +71,21 @@ __all__ = [
     "Page",
     "Peak",
     "Plan",
+    "PointCloud",
     "PointTask",
     "Pose",
     "Problem",
     "Provenance",
     "RelativeTask",
     "Remedy",
+    "Repeat",
     "Retiming",
     "Robot",
     "SafeVelocity",
     "Safety",
     "Samples",
     "Scene",
+    "Shelf",
     "Sphere",
     "State",
     "Status",
@@ -88,6 +97,7 @@ __all__ = [
     "WorkerDied",
     "build_urdf",
     "export",
+    "flat_obstacles",
     "load_robot",
     "load_robot_of_scene",
     "load_scene",

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from humanoid_rail.model.pairs import UncheckedPair
+from humanoid_rail.scene.covers import Cover
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,9 @@ class Certificate:
 
     only_own_distances: bool = False
     """Whether there is nothing to touch but pairs of links that keep a distance of their own."""
+
+    covers: tuple[Cover, ...] = ()
+    """What stands for the obstacles that were measured, point clouds and height fields: clearances are from these."""
 
     @property
     def kept_bound(self) -> float | None:
