@@ -34,16 +34,17 @@ Count = Annotated[int, AfterValidator(_count), Field(json_schema_extra={"minimum
 
 def _counts(value: object) -> object:
     value = plain(value)
-    is_number = isinstance(value, int) and not isinstance(value, bool)
-    if is_number or (isinstance(value, tuple) and len(value) == 3):
+    numbers = value if isinstance(value, tuple) else (value,)
+    are_whole = all(isinstance(n, int) and not isinstance(n, bool) and 1 <= n <= MOST_OBSTACLES for n in numbers)
+    if are_whole and len(numbers) in (1, 3) and (len(numbers) == 3) == isinstance(value, tuple):
         return value
-    raise ValueError("a whole number, or three of them for x, y and z")
+    raise ValueError(f"a whole number from 1 to {MOST_OBSTACLES}, or three of them for x, y and z")
 
 
 class Repeat(Frozen):
     """Copies of a group, each a step from the one before."""
 
-    count: Annotated[Count | tuple[Count, Count, Count], BeforeValidator(_counts)]
+    count: Annotated[int | tuple[int, int, int], BeforeValidator(_counts)]
     """How many there are in all, in a row; or in a grid along the group's x, y and z axes."""
     step: Vector
     """From each copy to the next one, in the group's frame, m: of a row, or along each axis of a grid."""

@@ -13,7 +13,7 @@ from conftest import assert_gradient, central_difference, random_q
 from scipy.spatial import cKDTree
 from trimesh.transformations import translation_matrix as translation
 
-from humanoid_rail import Box, Capsule, HalfSpace, Mesh, Robot, Sphere, load_robot
+from humanoid_rail import Box, Capsule, Cylinder, HalfSpace, Mesh, Robot, Sphere, load_robot
 from humanoid_rail.kinematics.kinematics import manipulability_gradient
 from humanoid_rail.paper import dh_table as dh
 from humanoid_rail.scene.obstacles import Obstacle
@@ -103,12 +103,13 @@ def obstacles(cube: str) -> dict[str, tuple[Obstacle, ...]]:
         "sphere": tuple(Sphere(center=p, radius=0.3) for p in places()),
         "box": tuple(Box(center=p, size=[0.5, 0.3, 0.8], rpy=rpy()) for p in places()),
         "capsule": tuple(Capsule(center=p, radius=0.2, length=0.6, rpy=rpy()) for p in places()),
+        "cylinder": tuple(Cylinder(center=p, radius=0.3, length=0.6, rpy=rpy()) for p in places()),
         "halfspace": tuple(HalfSpace(normal=rpy(), offset=-1.0) for _ in range(4)),
         "mesh": tuple(Mesh(file=cube, center=p, rpy=rpy(), scale=[0.5, 0.3, 0.8]) for p in places()),
     }
 
 
-@pytest.mark.parametrize("kind", ["sphere", "box", "capsule", "halfspace", "mesh"])
+@pytest.mark.parametrize("kind", ["sphere", "box", "capsule", "cylinder", "halfspace", "mesh"])
 @pytest.mark.parametrize("radius", [0.05, 0.0])
 def test_clearance_gradients_on_both_sides_of_contact(
     kind: str, radius: float, cube_file: str, rng: np.random.Generator, Kinematics: type
