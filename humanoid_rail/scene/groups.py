@@ -20,7 +20,7 @@ from humanoid_rail.scene.obstacles import Box, Capsule, Cylinder, HalfSpace, Mes
 from humanoid_rail.scene.placing import frame_of, put_into
 
 MOST_OBSTACLES = 10_000
-"""A scene has so many obstacles at most, groups and shelves counted by what they are made of."""
+"""The groups and shelves of a scene make so many obstacles at most."""
 
 
 def _count(value: int) -> int:
@@ -154,7 +154,7 @@ def flat_obstacles(entries: Sequence[Obstacle | Group | Shelf]) -> tuple[Obstacl
     Raises:
         ValueError: If they are too many, a name gets too long, or a value is not valid where a group has put it.
     """
-    _check_count(sum(map(count_of, entries)))
+    _check_count(sum(count_of(entry) for entry in entries if isinstance(entry, Group | Shelf)))
     return tuple(_flat(entries))
 
 
@@ -172,7 +172,7 @@ def count_of(entry: Obstacle | Group | Shelf) -> int:
 
 def _check_count(count: int) -> None:
     if count > MOST_OBSTACLES:
-        raise ValueError(f"at most {MOST_OBSTACLES} obstacles, groups and shelves counted by their parts, not {count}")
+        raise ValueError(f"groups and shelves that make at most {MOST_OBSTACLES} obstacles, not {count}")
 
 
 def _flat(entries: Sequence[Obstacle | Group | Shelf]) -> Iterator[Obstacle]:
