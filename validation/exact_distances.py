@@ -16,7 +16,7 @@ from validation.plain_geometry import point_segment, rotation, segment_box, segm
 
 EXTENDED: Any = np.longdouble
 """The precision of the closed forms."""
-KINDS = ("sphere", "capsule", "box", "cylinder", "halfspace")
+KINDS = ("sphere", "capsule", "box", "halfspace", "cylinder")
 
 
 class Measured(NamedTuple):
