@@ -101,4 +101,5 @@ def combined(parts: Sequence[Certificate]) -> Certificate:
         links_without_body=tuple(dict.fromkeys(link for part in parts for link in part.links_without_body)),
         others_bound=least(lambda part: part.kept_bound) if some_own and not reasons else None,
         only_own_distances=all(part.only_own_distances for part in parts),
+        covers=tuple(dict.fromkeys(cover for part in parts for cover in part.covers)),
     )

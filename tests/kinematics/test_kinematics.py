@@ -129,8 +129,9 @@ def test_clearance_gradients_on_both_sides_of_contact(
             if jump > 1e-3:
                 seen["jumps"] += 1
                 continue
-            # Of round faces coal's normal is less precise, and so is what differences of its distances are.
-            precise = 1e-3 if kind == "cylinder" else 1e-6
+            # coal finds nearest points of cylinders step by step, and depths by flat pieces in place of round faces.
+            rough = 2e-2 if state.clearance[pair] < 0 else 1e-3
+            precise = rough if kind == "cylinder" else 1e-6
             error = np.linalg.norm(gradient - numeric[pair])
             assert error <= precise * max(np.linalg.norm(gradient), 1e-3), (kind, pair)
             seen["contact" if state.clearance[pair] < 0 else "apart"] += 1
