@@ -30,7 +30,9 @@ from .resolution.velocity import Gains
 from .result import Motion, Optimisation, Peak, Provenance, Retiming, Status, Timing, Verdict
 from .retiming.retiming import retime
 from .samples import Samples
-from .scene.obstacles import Box, Capsule, HalfSpace, Mesh, Sphere
+from .scene.covers import Cover, HeightField, PointCloud
+from .scene.groups import Group, Repeat, Shelf, flat_obstacles
+from .scene.obstacles import Box, Capsule, Cylinder, HalfSpace, Mesh, Sphere
 from .scene.scene import Scene, load_robot_of_scene, load_scene, make_scene
 from .scene.targets import Pose
 from .trajectory import Trajectory
@@ -46,7 +48,9 @@ __all__ = [
     "Certificate",
     "ConfigurationTask",
     "Contact",
+    "Cover",
     "CycleTimes",
+    "Cylinder",
     "Diagnosis",
     "DirectionTask",
     "DistanceTask",
@@ -57,8 +61,10 @@ __all__ = [
     "FollowerStatus",
     "Gains",
     "GradientProjection",
+    "Group",
     "HalfSpace",
     "Hand",
+    "HeightField",
     "HumanoidRailError",
     "InvalidInput",
     "Kinematics",
@@ -73,18 +79,21 @@ __all__ = [
     "Page",
     "Peak",
     "Plan",
+    "PointCloud",
     "PointTask",
     "Pose",
     "Problem",
     "Provenance",
     "RelativeTask",
     "Remedy",
+    "Repeat",
     "Retiming",
     "Robot",
     "SafeVelocity",
     "Safety",
     "Samples",
     "Scene",
+    "Shelf",
     "Sphere",
     "State",
     "Status",
@@ -96,6 +105,7 @@ __all__ = [
     "WorkerDied",
     "build_urdf",
     "export",
+    "flat_obstacles",
     "hand_bodies",
     "load_robot",
     "load_robot_of_scene",

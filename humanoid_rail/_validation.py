@@ -110,7 +110,10 @@ TYPES = {
     "Number": "number",
     "Positive | Size": "number > 0 or three of them",
     "tuple[Number, ...] | None": "numbers or None",
-    "tuple[Obstacle, ...]": "obstacles",
+    "SceneObstacles": "obstacles",
+    "tuple[Entry, ...]": "obstacles",
+    "File": "file",
+    "Color | None": "colour or None",
 }
 """The types of fields in words."""
 

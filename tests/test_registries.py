@@ -8,23 +8,34 @@ from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from conftest import ROOT
 
 import humanoid_rail
-from humanoid_rail import Box, Capsule, HalfSpace, Mesh, Robot, Sphere, Status
+from humanoid_rail import Box, Capsule, Cylinder, HalfSpace, HeightField, Mesh, PointCloud, Robot, Sphere, Status
 from humanoid_rail._native import engine, why_no_engine
 from humanoid_rail.cli import COMMANDS
 from humanoid_rail.io.export import FORMATS, Format
+from humanoid_rail.io.mujoco.mjcf_bodies import shape_attributes
 from humanoid_rail.kinematics import task as tasks_module
 from humanoid_rail.kinematics.native_tasks import native_tasks
+from humanoid_rail.live.triangles import obstacle_triangles
 from humanoid_rail.planning.methods import METHODS, as_method
+from humanoid_rail.scene import groups as groups_module
 from humanoid_rail.scene import obstacles as obstacles_module
+from humanoid_rail.scene.groups import Group, Shelf
 from humanoid_rail.scene.native_obstacles import native_obstacles
-from humanoid_rail.scene.shapes import placed_shapes
+from humanoid_rail.scene.placing import put_into
+from humanoid_rail.scene.shapes import placed_shapes, support
+from humanoid_rail.viewer.drawing import obstacle_colours
+from humanoid_rail.viewer.forms import forms_of
 
 needs_engine = pytest.mark.skipif(why_no_engine() is not None, reason="there is no native engine")
 
+GROUPS = (Group, Shelf)
+"""Entries of scene files that are turned into obstacles."""
+UP = np.array([0.0, 0.0, 1.0])
 NO_COMMANDS = {"__init__", "console", "plan_folder_options", "plan_options", "report", "robot_options", "streams"}
 """The modules of cli/ that commands share."""
 TASKS = {
@@ -48,20 +59,30 @@ def first_cells(text: str) -> set[str]:
     return {name for cell in cells for name in re.findall(r"`([\w-]+)", cell)}
 
 
-def one_of_each_obstacle(cube_file: str) -> dict[type, Any]:
+def one_of_each_obstacle(cube_file: str, tmp_path: Path) -> dict[type, Any]:
     point = (0.0, 0.0, 1.0)
+    np.savez(tmp_path / "points.npz", points=np.eye(3))
+    np.savez(tmp_path / "heights.npz", heights=np.eye(3), spacing=0.1)
     return {
         Sphere: Sphere(center=point, radius=0.1),
         Box: Box(center=point, size=(0.1, 0.2, 0.3)),
         Capsule: Capsule(center=point, radius=0.1, length=0.3),
+        Cylinder: Cylinder(center=point, radius=0.1, length=0.3),
         HalfSpace: HalfSpace(normal=point, offset=-9.0),
         Mesh: Mesh(file=cube_file, center=point),
+        HeightField: HeightField(file=str(tmp_path / "heights.npz")),
+        PointCloud: PointCloud(file=str(tmp_path / "points.npz"), radius=0.1),
     }
 
 
 def kinds() -> tuple[type, ...]:
     """The obstacles that a scene may hold."""
     return get_args(get_args(obstacles_module.Obstacle)[0])
+
+
+def entries() -> tuple[type, ...]:
+    """What a scene file may have as an obstacle, groups too."""
+    return get_args(get_args(groups_module.Entry)[0])
 
 
 def test_methods() -> None:
@@ -82,10 +103,11 @@ def test_formats() -> None:
     assert set(FORMATS) <= first_cells(page("export.md")), "a format has no row in the table of docs/export.md"
 
 
-def test_obstacles_are_known_everywhere(cube_file: str) -> None:
-    made = one_of_each_obstacle(cube_file)
+def test_obstacles_are_known_everywhere(cube_file: str, tmp_path: Path) -> None:
+    made = one_of_each_obstacle(cube_file, tmp_path)
     assert set(kinds()) == set(made), "enter the new obstacle in this test"
-    types = {one.type for one in made.values()}
+    assert set(entries()) == {*kinds(), *GROUPS}, "scene files do not know the new obstacle"
+    types = {one.type for one in made.values()} | {kind.model_fields["type"].default for kind in GROUPS}
     assert types <= first_cells(page("scenes.md"))
     schema = (ROOT / "humanoid_rail" / "scene.schema.json").read_text(encoding="utf-8")
     for kind, one in made.items():
@@ -96,10 +118,25 @@ def test_obstacles_are_known_everywhere(cube_file: str) -> None:
 
 
 @needs_engine
-def test_the_engine_knows_every_obstacle(cube_file: str) -> None:
-    native_obstacles(tuple(one_of_each_obstacle(cube_file).values()))
+def test_the_engine_knows_every_obstacle(cube_file: str, tmp_path: Path) -> None:
+    native_obstacles(tuple(one_of_each_obstacle(cube_file, tmp_path).values()))
     adders = {name for name in dir(engine().Obstacles) if not name.startswith("_")}
-    assert len(adders) == len(kinds()), adders
+    assert len(adders) == len(kinds()) - 1, adders  # height fields are added as meshes are: convex
+
+
+def test_every_obstacle_is_drawn_and_put_elsewhere(cube_file: str, tmp_path: Path) -> None:
+    frame = pin.SE3(pin.rpy.rpyToMatrix(0.0, 0.0, 1.0), np.array([1.0, 2.0, 3.0]))
+    for kind, one in one_of_each_obstacle(cube_file, tmp_path).items():
+        coloured = one.model_copy(update={"color": "red"})
+        assert obstacle_colours([coloured]) == [0xFF0000]
+        for placed in placed_shapes(one):
+            assert forms_of(placed), kind
+            assert shape_attributes(placed)["type"], kind
+        assert len(obstacle_triangles(one).faces), kind
+        there = put_into(frame, one, {})
+        for before, after in zip(placed_shapes(one), placed_shapes(there), strict=True):
+            a, b = (support(each, along) for each, along in ((before, UP), (after, frame.rotation @ UP)))
+            assert b == pytest.approx(a + frame.translation @ (frame.rotation @ UP), abs=1e-12), kind
 
 
 def test_tasks_are_known_everywhere() -> None:

@@ -6,17 +6,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from humanoid_rail import Box, Capsule, HalfSpace, Robot, Sphere
+from humanoid_rail import Box, Capsule, Cylinder, HalfSpace, Robot, Sphere
 from humanoid_rail._arrays import Array, triple
 from humanoid_rail.collision.swept_distance import SweptDistance
 from humanoid_rail.model.building import robot_from_urdf
 from humanoid_rail.model.robot import Hand
 from humanoid_rail.scene.obstacles import Obstacle
-from validation.plain_geometry import point_segment, rotation, segment_box, segment_segment
+from validation.plain_geometry import point_segment, rotation, segment_box, segment_cylinder, segment_segment
 
 EXTENDED: Any = np.longdouble
 """The precision of the closed forms."""
-KINDS = ("sphere", "capsule", "box", "halfspace")
+KINDS = ("sphere", "capsule", "box", "halfspace", "cylinder")
 
 
 class Measured(NamedTuple):
@@ -82,6 +82,8 @@ def obstacle_of(
             return Capsule(center=triple(place), radius=size[0], length=size[1], rpy=rpy)
         case "box":
             return Box(center=triple(place), size=size, rpy=rpy)
+        case "cylinder":
+            return Cylinder(center=triple(place), radius=size[0], length=size[1], rpy=rpy)
         case _:
             normal = rng.normal(size=3)
             return HalfSpace(normal=triple(normal), offset=float(normal @ place))
@@ -104,6 +106,10 @@ def exact_distance(obstacle: Obstacle, segment: Array, radius: float) -> float:
         case Box():
             local = (segment - np.array(obstacle.center)) @ rotation(obstacle.rpy).astype(EXTENDED)
             return float(segment_box(local, 0.5 * np.array(obstacle.size, EXTENDED)) - radius)
+        case Cylinder():
+            local = (segment - np.array(obstacle.center)) @ rotation(obstacle.rpy).astype(EXTENDED)
+            size = EXTENDED(obstacle.radius), 0.5 * EXTENDED(obstacle.length)
+            return float(segment_cylinder(local, *size) - radius)
         case HalfSpace():
             normal = np.array(obstacle.normal, EXTENDED)
             return float((segment @ normal - obstacle.offset).min() / np.sqrt(normal @ normal) - radius)

@@ -20,11 +20,13 @@ from numpy.typing import NDArray
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.paper import dh_table as dh
-from humanoid_rail.scene.obstacles import Box, Capsule, HalfSpace, Obstacle, Sphere
+from humanoid_rail.scene.obstacles import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere
 
 RADIUS = 0.05
 """The radius of the bones, m."""
 LINKS = tuple(dh.BONES)
+THIRDS = 120
+"""(2 / 3)^120 is below the rounding of extended precision."""
 STRIDE = 20
 """All clearances are measured at one of this many moments."""
 STEP = 1e-3
@@ -125,6 +127,26 @@ def segment_box(segment: Array, half: Array) -> Array:
     return _norm(point - np.clip(point, -half, half))
 
 
+def segment_cylinder(segment: Array, radius: float, half_length: float) -> Array:
+    """Return the distances (...) of segments (..., 2, 3) from a solid cylinder along z around the origin, 0 inside.
+
+    Along a segment the distance is convex: the third in which it cannot be least is left out again and again.
+    """
+    start, along = segment[..., 0, :], segment[..., 1, :] - segment[..., 0, :]
+
+    def distance(s: Array) -> Array:
+        at = start + s[..., None] * along
+        beside = np.maximum(_norm(at[..., :2]) - radius, 0.0)
+        return np.hypot(beside, np.maximum(abs(at[..., 2]) - half_length, 0.0))
+
+    low, high = np.zeros_like(start[..., 0]), np.ones_like(start[..., 0])
+    for _ in range(THIRDS):
+        a, b = low + (high - low) / 3.0, high - (high - low) / 3.0
+        is_left = distance(a) <= distance(b)
+        low, high = np.where(is_left, low, a), np.where(is_left, b, high)
+    return np.minimum(distance(low), distance(high))
+
+
 def clearance(obstacle: Obstacle, t: float | Array, segment: Array) -> Array:
     """Return the clearances (...) of bones (..., 2, 3) from an obstacle at times (...), m.
 
@@ -142,6 +164,9 @@ def clearance(obstacle: Obstacle, t: float | Array, segment: Array) -> Array:
         case Box():
             local = (moved - np.array(obstacle.center)) @ rotation(obstacle.rpy)
             return segment_box(local, 0.5 * np.array(obstacle.size)) - RADIUS
+        case Cylinder():
+            local = (moved - np.array(obstacle.center)) @ rotation(obstacle.rpy)
+            return segment_cylinder(local, obstacle.radius, 0.5 * obstacle.length) - RADIUS
         case HalfSpace():
             heights = moved @ np.array(obstacle.normal) - obstacle.offset
             nearest: Array = heights.min(axis=-1) / float(np.linalg.norm(obstacle.normal)) - RADIUS

@@ -30,6 +30,18 @@ void bind_scene(nb::module_& module) {
           },
           "center"_a, "rotation"_a, "radius"_a, "length"_a, "velocity"_a)
       .def(
+          "cylinder",
+          [](Obstacles& self, const Point& center, const Turn& rotation, double radius, double length,
+             const Point& velocity) {
+            self.add(std::make_shared<coal::Cylinder>(radius, length), {rotation, center}, velocity);
+          },
+          "center"_a, "rotation"_a, "radius"_a, "length"_a, "velocity"_a)
+      .def(
+          "spheres",
+          [](Obstacles& self, const Point& center, const Turn& rotation, const Matrix& centers, const Vector& radii,
+             const Point& velocity) { self.add_spheres(centers, radii, {rotation, center}, velocity); },
+          "center"_a, "rotation"_a, "centers"_a, "radii"_a, "velocity"_a)
+      .def(
           "halfspace",
           [](Obstacles& self, const Point& normal, double offset, const Point& velocity) {
             self.add(std::make_shared<coal::Halfspace>(normal, offset), coal::Transform3s(), velocity);

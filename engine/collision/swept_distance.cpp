@@ -15,8 +15,13 @@ namespace humanoid_rail {
 
 namespace {
 
-// coal's depths of penetration are precise to this share of one and the depth, m.
+// coal's depths of penetration are precise to this share of one, the depth and, of cylinders, their size, m.
 constexpr double DEPTH_PRECISION = 5e-6;
+
+// The size of what coal approximates by flat pieces where it looks for a depth, m.
+double size_of_cylinder(const coal::CollisionGeometry& shape) {
+  return shape.getNodeType() == coal::GEOM_CYLINDER ? shape.aabb_radius : 0.0;
+}
 
 // The largest coordinate of a shape along a direction of length 1.
 double support(const coal::CollisionGeometry& geometry, const Eigen::Matrix3d& rotation,
@@ -150,8 +155,9 @@ double SweptDistance::size(const Vector& slide, double time) const {
 
 double SweptDistance::measure(Nearest& pair, const Snapshot& at) {
   const auto link = body(at, pair.link);
-  double proven = 0.0;
+  double proven = 0.0, size = 1.0;
   if (pair.is_with_obstacle()) {
+    size += size_of_cylinder(*pieces_[static_cast<std::size_t>(pair.piece)].shape);
     measure_roughly(pair, link, link, at.t);
     if (pair.distance > -INFINITE) proven = separation_from(pair, normal_of(pair), link, at.t);
   } else {
@@ -161,7 +167,7 @@ double SweptDistance::measure(Nearest& pair, const Snapshot& at) {
   }
   if (pair.distance == -INFINITE) return pair.distance;
   // In penetration coal's depth is closer to the truth: its normal need not be the one along which that is smallest.
-  const double depth = pair.distance - DEPTH_PRECISION * (1.0 + std::abs(pair.distance));
+  const double depth = pair.distance - DEPTH_PRECISION * (size + std::abs(pair.distance));
   pair.distance = pair.distance < 0.0 ? std::max(proven, depth) : proven;
   if (!std::isfinite(pair.distance)) throw std::runtime_error("a distance that is not a number");
   return pair.distance;

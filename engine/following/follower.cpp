@@ -46,9 +46,10 @@ Follower::Follower(std::shared_ptr<const Robot> robot, const Obstacles& obstacle
   bodies_.resize(static_cast<std::size_t>(obstacles.size()));
   for (const Obstacles::Piece& piece : obstacles.pieces()) {
     Body& body = bodies_[static_cast<std::size_t>(piece.obstacle)];
-    body.placement = body.proven = piece.placement;
+    coal::Transform3s within = piece.within;
+    body.placement = body.proven = piece.placement * within.inverse();
     body.velocity = piece.velocity;
-    body.radius = std::max(body.radius, piece.size());
+    body.radius = std::max(body.radius, piece.within.getTranslation().norm() + piece.size());
   }
   state_.q = state_.stop = start;
   state_.velocity = Vector::Zero(start.size());

@@ -44,8 +44,9 @@ void StopProof::set_apart() {
 void StopProof::place(int obstacle, const coal::Transform3s& placement) {
   const auto [first, end] = obstacles_.pieces_of(obstacle);
   for (std::size_t i = first; i < end; ++i) {
-    swept_.place(i, placement);
-    apart_ = std::max(apart_, 2.0 * margin(placement.getTranslation().norm() + swept_.pieces()[i].size()));
+    const coal::Transform3s there = placement * swept_.pieces()[i].within;
+    swept_.place(i, there);
+    apart_ = std::max(apart_, 2.0 * margin(there.getTranslation().norm() + swept_.pieces()[i].size()));
   }
 }
 

@@ -30,13 +30,13 @@ struct Nearest {
 class DistanceMeter {
  public:
   // Without depths of penetration, which cost many times what distances do, those without a closed form are infinite.
-  explicit DistanceMeter(bool depths = true) : request_(true, depths), solver_(request_) {}
+  explicit DistanceMeter(bool depths = true);
   // Sets distance, point and normal.
   void measure(const coal::CollisionGeometry& a, const coal::Transform3s& placement_a, const coal::CollisionGeometry& b,
                const coal::Transform3s& placement_b, Nearest& nearest);
 
  private:
-  coal::DistanceRequest request_;
+  coal::DistanceRequest request_, cylinder_request_;
   coal::DistanceResult result_;
   coal::GJKSolver solver_;
 };

@@ -31,17 +31,26 @@ void Obstacles::add_convex(const std::vector<Matrix>& pieces, const coal::Transf
   ++size_;
 }
 
+void Obstacles::add_spheres(const Matrix& centers, const Vector& radii, const coal::Transform3s& placement,
+                            const Eigen::Vector3d& velocity) {
+  for (Eigen::Index i = 0; i < centers.rows(); ++i) {
+    const Eigen::Vector3d center = centers.row(i);
+    add_piece(std::make_shared<coal::Sphere>(radii[i]), placement, velocity, {Eigen::Matrix3d::Identity(), center});
+  }
+  ++size_;
+}
+
 // Bounding boxes are computed here, once: later several threads may read the same shapes.
 void Obstacles::add_piece(std::shared_ptr<coal::CollisionGeometry> shape, const coal::Transform3s& placement,
-                          const Eigen::Vector3d& velocity) {
+                          const Eigen::Vector3d& velocity, const coal::Transform3s& within) {
   shape->computeLocalAABB();
-  pieces_.push_back({std::move(shape), placement, velocity, size_});
+  pieces_.push_back({std::move(shape), placement * within, velocity, size_, within});
 }
 
 void Obstacles::place(int obstacle, const coal::Transform3s& placement, const Eigen::Vector3d& velocity) {
   const auto [first, end] = pieces_of(obstacle);
   for (std::size_t i = first; i < end; ++i) {
-    pieces_[i].placement = placement;
+    pieces_[i].placement = placement * pieces_[i].within;
     pieces_[i].velocity = velocity;
   }
 }

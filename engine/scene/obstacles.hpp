@@ -18,6 +18,7 @@ class Obstacles {
     coal::Transform3s placement;                         // At t = 0.
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // m/s
     int obstacle = 0;
+    coal::Transform3s within;  // Where it is in its obstacle: what is placed is the obstacle, and so is its placement.
 
     [[nodiscard]] coal::Transform3s at(double t) const {
       return {placement.getRotation(), placement.getTranslation() + t * velocity};
@@ -35,6 +36,10 @@ class Obstacles {
   void add_convex(const std::vector<Matrix>& pieces, const coal::Transform3s& placement,
                   const Eigen::Vector3d& velocity);
 
+  // Adds an obstacle of spheres, with their centres (k, 3) in its frame and their radii (k), m.
+  void add_spheres(const Matrix& centers, const Vector& radii, const coal::Transform3s& placement,
+                   const Eigen::Vector3d& velocity);
+
   // Puts an obstacle elsewhere, with another velocity.
   void place(int obstacle, const coal::Transform3s& placement, const Eigen::Vector3d& velocity);
 
@@ -49,7 +54,7 @@ class Obstacles {
 
  private:
   void add_piece(std::shared_ptr<coal::CollisionGeometry> shape, const coal::Transform3s& placement,
-                 const Eigen::Vector3d& velocity);
+                 const Eigen::Vector3d& velocity, const coal::Transform3s& within = coal::Transform3s());
 
   std::vector<Piece> pieces_;
   int size_ = 0;

@@ -131,6 +131,8 @@ def _clearances(certificate: Certificate | None) -> Iterator[tuple[str, str]]:
             yield "" if i else "fixed, left out", _unmoved(pair)
         if certificate.links_without_body:
             yield "no body", _shortened(certificate.links_without_body, FIRST_LINKS)
+        for i, cover in enumerate(certificate.covers):
+            yield "" if i else "covers", str(cover)
 
 
 def _unmoved(pair: UncheckedPair) -> str:

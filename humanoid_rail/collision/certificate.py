@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from humanoid_rail.kinematics.deviation import Deviation
 from humanoid_rail.model.pairs import UncheckedPair
+from humanoid_rail.scene.covers import Cover
 
 
 @dataclass(frozen=True)
@@ -61,6 +62,8 @@ class Certificate:
 
     deviations: tuple[Deviation, ...] = ()
     """How far the motion leaves each constraint at the most, including between samples; empty where it keeps none."""
+    covers: tuple[Cover, ...] = ()
+    """What stands for the obstacles that were measured, point clouds and height fields: clearances are from these."""
 
     @property
     def kept_bound(self) -> float | None:
@@ -101,4 +104,5 @@ def combined(parts: Sequence[Certificate]) -> Certificate:
         links_without_body=tuple(dict.fromkeys(link for part in parts for link in part.links_without_body)),
         others_bound=least(lambda part: part.kept_bound) if some_own and not reasons else None,
         only_own_distances=all(part.only_own_distances for part in parts),
+        covers=tuple(dict.fromkeys(cover for part in parts for cover in part.covers)),
     )

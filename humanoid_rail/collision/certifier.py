@@ -22,7 +22,7 @@ from humanoid_rail.model.native_robot import native_robot
 from humanoid_rail.model.pair_distances import own_distances
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.native_obstacles import native_obstacles
-from humanoid_rail.scene.obstacles import Obstacle, name_of
+from humanoid_rail.scene.obstacles import Obstacle, covers_of, name_of
 
 if TYPE_CHECKING:
     from humanoid_rail import _engine
@@ -80,6 +80,7 @@ def certify(
         links_without_body=robot.links_without_body,
         reason=reason,
         others_bound=_finite(found.others_bound) if some_own and reason is None else None,
+        covers=covers_of(obstacles),
         only_own_distances=some_own and bool(np.isfinite(own).all() and np.isinf(found.min_obstacles)),
     )
 

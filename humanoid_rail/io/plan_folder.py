@@ -16,12 +16,14 @@ from humanoid_rail.io.carried_robot import URDF, carried_files, carried_robot, g
 from humanoid_rail.io.trajectory_files import TRAJECTORY_FILES, read_trajectory, write_trajectory
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.model.robot_file import NAME
+from humanoid_rail.scene.covers import HeightField, PointCloud
 from humanoid_rail.scene.obstacles import Mesh
 from humanoid_rail.scene.scene import Scene, check_scene, load_scene, make_scene
 from humanoid_rail.trajectory import Trajectory
 
 SCENE = "scene.json"
-"""A scene file with all that has a default written out. Mesh files are beside it, as copies or as OFF."""
+"""A scene file with all that has a default written out. Mesh files are beside it, as copies or as OFF; so are files
+of points and heights."""
 _LEFT_OUT = ("robot", "expect", "checked")
 """These fields of a scene are not written where there is nothing in them."""
 
@@ -64,8 +66,8 @@ def write_plan(
         {field: value for field, value in obstacle.items() if value is not None} for obstacle in data["obstacles"]
     ]
     for number, obstacle in enumerate(scene.obstacles):
-        if isinstance(obstacle, Mesh):
-            name, content = _mesh(obstacle, number)
+        if isinstance(obstacle, Mesh | HeightField | PointCloud):
+            name, content = _mesh(obstacle, number) if isinstance(obstacle, Mesh) else _measured(obstacle, number)
             meshes[name] = content
             data["obstacles"][number]["file"] = name
     data["robot"] = NAME if NAME in carried else None
@@ -156,6 +158,18 @@ def _mesh(obstacle: Mesh, number: int) -> tuple[str, bytes]:
     if len(pieces) != len(obstacle.pieces) or not all(map(np.array_equal, pieces, obstacle.pieces)):
         raise InvalidInput(field, obstacle.file, "a file that has not changed since the scene was loaded")
     return f"mesh-{number}{suffix if own else '.off'}", content
+
+
+def _measured(obstacle: HeightField | PointCloud, number: int) -> tuple[str, bytes]:
+    """Return the name and content of the file of a height field or a point cloud."""
+    field = f"obstacles[{number}].file"
+    try:
+        content, again = Path(obstacle.file).read_bytes(), obstacle.model_copy()
+    except (OSError, ValueError) as error:
+        raise InvalidInput(field, obstacle.file, f"a file that is still there ({error})") from error
+    if again != obstacle:
+        raise InvalidInput(field, obstacle.file, "a file that has not changed since the scene was loaded")
+    return f"{obstacle.type}-{number}{Path(obstacle.file).suffix.lower()}", content
 
 
 def _scene(file: str) -> Scene:

@@ -28,6 +28,7 @@ from humanoid_rail.planning.methods import METHODS
 from humanoid_rail.planning.options import PlanningMethod
 from humanoid_rail.result import Motion, Optimisation, Peak, Provenance, Retiming, Search, Status, Timing, Verdict
 from humanoid_rail.samples import Samples, known_samples
+from humanoid_rail.scene.covers import Cover
 from humanoid_rail.trajectory import Trajectory
 
 DAMAGED = (BadZipFile, RuntimeError, zlib.error)
@@ -137,8 +138,14 @@ def _certificate(certificate: Mapping[str, Any] | None) -> Certificate | None:
         contact = Contact(**{**contact, "point": tuple(contact["point"])})
     pairs = tuple(UncheckedPair(**pair) for pair in certificate["unchecked_pairs"])
     bare = tuple(certificate["links_without_body"])
-    deviations = tuple(Deviation(**deviation) for deviation in certificate.get("deviations", ()))
-    given = {"contact": contact, "unchecked_pairs": pairs, "links_without_body": bare, "deviations": deviations}
+    given = {
+        "contact": contact,
+        "unchecked_pairs": pairs,
+        "links_without_body": bare,
+        # Files of before have none of these.
+        "deviations": tuple(Deviation(**deviation) for deviation in certificate.get("deviations", ())),
+        "covers": tuple(Cover(**cover) for cover in certificate.get("covers", ())),
+    }
     return Certificate(**{**certificate, **given})
 
 

@@ -27,6 +27,8 @@ from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import Obstacle
 from humanoid_rail.scene.shapes import PlacedShape, placed_shapes
 
+CYLINDER_TOLERANCE = 1e-10
+"""coal's search ends at this precision where one body is a cylinder, whose normals are too rough otherwise."""
 F = TypeVar("F", bound=Callable[..., Any])
 
 
@@ -54,7 +56,8 @@ class Kinematics:
         ]
         self._data = robot.model.createData()
         self._bodies = robot.collision_model.createData()
-        self._request = coal.DistanceRequest()
+        self._request, self._cylinder_request = coal.DistanceRequest(), coal.DistanceRequest()
+        self._cylinder_request.gjk_tolerance = CYLINDER_TOLERANCE
         self._lock = threading.RLock()
 
     @_one_at_a_time
@@ -237,7 +240,9 @@ class Kinematics:
     def _nearest(self, one: PlacedShape, two: PlacedShape) -> _Nearest:
         """Return how near two convex bodies are, the point on the first and the normal towards the second."""
         result = coal.DistanceResult()
-        distance = coal.distance(one.shape, one.placement, two.shape, two.placement, self._request, result)
+        is_cylinder = isinstance(one.shape, coal.Cylinder) or isinstance(two.shape, coal.Cylinder)
+        request = self._cylinder_request if is_cylinder else self._request
+        distance = coal.distance(one.shape, one.placement, two.shape, two.placement, request, result)
         return _Nearest(distance, result.getNearestPoint1(), result.normal)
 
 

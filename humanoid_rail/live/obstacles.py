@@ -16,7 +16,7 @@ from humanoid_rail.live.stage import draw, put
 from humanoid_rail.live.triangles import obstacle_triangles
 from humanoid_rail.live.world import placed
 from humanoid_rail.scene.obstacles import Box, HalfSpace, Obstacle
-from humanoid_rail.viewer.drawing import is_floor, obstacle_colours
+from humanoid_rail.viewer.drawing import is_plain_floor, obstacle_colours
 from humanoid_rail.viewer.occlusion import Blockers, blockers, hiding
 
 FADED, WALL = 0.12, 0.2
@@ -39,7 +39,7 @@ class Obstacles:
         self._obstacles, self._choose = obstacles, choose
         self._colours = obstacle_colours(obstacles)
         self._frames = [
-            None if is_floor(obstacle) else server.scene.add_frame(_name(i), show_axes=False)
+            None if is_plain_floor(obstacle) else server.scene.add_frame(_name(i), show_axes=False)
             for i, obstacle in enumerate(obstacles)
         ]
         self._own, self._owner = _bodies(obstacles)

@@ -6,8 +6,10 @@ import warnings
 from collections.abc import Iterator
 
 import numpy as np
+import pinocchio as pin
 
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.scene.covers import HeightField, PointCloud
 from humanoid_rail.scene.obstacles import HalfSpace, Mesh, Obstacle, name_of
 from humanoid_rail.scene.scene import Scene, field_of_step
 from humanoid_rail.scene.targets import position
@@ -42,9 +44,12 @@ def _far_obstacles(obstacles: tuple[Obstacle, ...], reach: float) -> Iterator[st
         match obstacle:
             case HalfSpace():
                 far = abs(obstacle.offset) / float(np.linalg.norm(obstacle.normal))
-            case Mesh():
+            case Mesh() | HeightField():
                 size = max(float(np.ptp(piece, axis=0).max()) for piece in obstacle.pieces)
                 far = max(float(np.linalg.norm(obstacle.center)), size)
+            case PointCloud():
+                turned = obstacle.centers @ pin.rpy.rpyToMatrix(*obstacle.rpy).T + obstacle.center
+                far = float(np.linalg.norm(turned, axis=1).min())
             case _:
                 far = float(np.linalg.norm(obstacle.center))
         if _is_in_millimetres(far, reach):

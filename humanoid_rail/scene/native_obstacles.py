@@ -11,7 +11,8 @@ import pinocchio as pin
 from humanoid_rail._arrays import Array
 from humanoid_rail._native import engine
 from humanoid_rail.errors import InvalidInput
-from humanoid_rail.scene.obstacles import Box, Capsule, HalfSpace, Mesh, Obstacle, Sphere
+from humanoid_rail.scene.covers import HeightField, PointCloud
+from humanoid_rail.scene.obstacles import KINDS, Box, Capsule, Cylinder, HalfSpace, Mesh, Obstacle, Sphere
 
 if TYPE_CHECKING:
     from humanoid_rail import _engine
@@ -45,8 +46,9 @@ def native_obstacles(obstacles: tuple[Obstacle, ...]) -> _engine.Obstacles:
 def _made(given: _Identical) -> _engine.Obstacles:
     result: _engine.Obstacles = engine().Obstacles()
     for obstacle in given.obstacles:
-        if not isinstance(obstacle, Sphere | Box | Capsule | HalfSpace | Mesh):
-            raise InvalidInput("obstacles", obstacle, "a Sphere, Box, Capsule, HalfSpace or Mesh")
+        if not isinstance(obstacle, KINDS):
+            *names, last = (kind.__name__ for kind in KINDS)
+            raise InvalidInput("obstacles", obstacle, f"a {', '.join(names)} or {last}")
         velocity = np.array(obstacle.velocity)
         match obstacle:
             case Sphere():
@@ -55,15 +57,19 @@ def _made(given: _Identical) -> _engine.Obstacles:
                 result.box(*_placement(obstacle), np.array(obstacle.size), velocity)
             case Capsule():
                 result.capsule(*_placement(obstacle), obstacle.radius, obstacle.length, velocity)
+            case Cylinder():
+                result.cylinder(*_placement(obstacle), obstacle.radius, obstacle.length, velocity)
             case HalfSpace():
                 length = float(np.linalg.norm(obstacle.normal))
                 result.halfspace(np.array(obstacle.normal) / length, obstacle.offset / length, velocity)
-            case Mesh():
+            case Mesh() | HeightField():
                 result.convex(*_placement(obstacle), list(obstacle.pieces), velocity)
+            case PointCloud():
+                result.spheres(*_placement(obstacle), obstacle.centers, obstacle.radii, velocity)
             case _:
                 assert_never(obstacle)
     return result
 
 
-def _placement(obstacle: Box | Capsule | Mesh) -> tuple[Array, Array]:
+def _placement(obstacle: Box | Capsule | Cylinder | Mesh | HeightField | PointCloud) -> tuple[Array, Array]:
     return np.array(obstacle.center), pin.rpy.rpyToMatrix(*obstacle.rpy)

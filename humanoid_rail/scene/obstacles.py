@@ -4,28 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import sqrt
-from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self, get_args
 
 import numpy as np
-from pydantic import (
-    AfterValidator,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    PrivateAttr,
-    ValidationInfo,
-    field_validator,
-    model_validator,
-)
+from pydantic import AfterValidator, BeforeValidator, Field, PrivateAttr, model_validator
 from pydantic_core import PydanticCustomError
 
 from humanoid_rail._arrays import SHORTEST, frozen
-from humanoid_rail._validation import Angles, Frozen, Number, Positive, Size, Vector, plain
+from humanoid_rail._validation import Angles, Number, Positive, Size, Vector, plain
 from humanoid_rail.geometry.convex_decomposition import Pieces, convex_pieces
-
-LONGEST_NAME = 80
-"""The name of an obstacle has at most so many characters."""
+from humanoid_rail.scene.covers import Cover, HeightField, PointCloud
+from humanoid_rail.scene.obstacle import File, ObstacleBase
 
 
 def _factors(value: object) -> object:
@@ -36,11 +25,6 @@ def _factors(value: object) -> object:
     raise ValueError("a number greater than 0, or three of them")
 
 
-def _require_type(schema: dict[str, Any]) -> None:
-    """A file names the type of every obstacle, although Python code need not."""
-    schema["required"] = ["type", *schema.get("required", [])]
-
-
 def not_zero(normal: tuple[float, float, float]) -> tuple[float, float, float]:
     """Check that a vector has a direction."""
     if sqrt(sum(x * x for x in normal)) < SHORTEST:
@@ -48,16 +32,7 @@ def not_zero(normal: tuple[float, float, float]) -> tuple[float, float, float]:
     return normal
 
 
-class _Obstacle(Frozen):
-    model_config = ConfigDict(json_schema_extra=_require_type)
-
-    velocity: Vector = (0.0, 0.0, 0.0)
-    """How fast it moves without turning, from where it is at t = 0, m/s."""
-    name: Annotated[str, Field(min_length=1, max_length=LONGEST_NAME)] | None = None
-    """What messages and pictures call it; several may have the same name."""
-
-
-class Sphere(_Obstacle):
+class Sphere(ObstacleBase):
     """A ball."""
 
     type: Literal["sphere"] = "sphere"
@@ -67,7 +42,7 @@ class Sphere(_Obstacle):
     """Its radius, m."""
 
 
-class Box(_Obstacle):
+class Box(ObstacleBase):
     """A solid box."""
 
     type: Literal["box"] = "box"
@@ -79,7 +54,7 @@ class Box(_Obstacle):
     """Rotation about the fixed axes x, y, z in this order, as in URDF, rad."""
 
 
-class Capsule(_Obstacle):
+class Capsule(ObstacleBase):
     """All points within `radius` of a segment along the local z axis."""
 
     type: Literal["capsule"] = "capsule"
@@ -93,7 +68,21 @@ class Capsule(_Obstacle):
     """Rotation about the fixed axes x, y, z in this order, as in URDF, rad."""
 
 
-class HalfSpace(_Obstacle):
+class Cylinder(ObstacleBase):
+    """A solid cylinder with flat ends, along the local z axis."""
+
+    type: Literal["cylinder"] = "cylinder"
+    center: Vector
+    """Its centre, m."""
+    radius: Positive
+    """Its radius, m."""
+    length: Positive
+    """Distance between its ends, m."""
+    rpy: Angles = (0.0, 0.0, 0.0)
+    """Rotation about the fixed axes x, y, z in this order, as in URDF, rad."""
+
+
+class HalfSpace(ObstacleBase):
     """Everything on one side of a plane: solid where normal . x <= offset. A floor, a wall, the rail."""
 
     type: Literal["halfspace"] = "halfspace"
@@ -103,11 +92,11 @@ class HalfSpace(_Obstacle):
     """How far the plane is from the origin along the normal; in m if that has length 1."""
 
 
-class Mesh(_Obstacle):
+class Mesh(ObstacleBase):
     """The solids inside closed triangle meshes, as the convex pieces they are made of. Cavities are solid."""
 
     type: Literal["mesh"] = "mesh"
-    file: str
+    file: File
     """Any format that trimesh and assimp read; relative to the scene file (in Python to the working directory). Metres
     with z up, unless the format says otherwise: glTF has y up, COLLADA names its unit and axis."""
     center: Vector
@@ -119,19 +108,6 @@ class Mesh(_Obstacle):
 
     # Plain numbers, so that scenes can be compared.
     _pieces: tuple[tuple[tuple[float, ...], ...], ...] = PrivateAttr(default=())
-
-    @field_validator("file")
-    @classmethod
-    def _resolve(cls, file: str, info: ValidationInfo) -> str:
-        folder = (info.context or {}).get("folder", Path.cwd())
-        path = Path(folder) / file
-        try:
-            exists = path.is_file()
-        except (OSError, ValueError):  # a name too long, a folder that may not be looked into, a NUL
-            exists = False
-        if not exists:
-            raise ValueError(f"an existing mesh file, relative to {Path(folder).resolve()}")
-        return str(path)
 
     @model_validator(mode="after")
     def _decompose(self) -> Self:
@@ -149,7 +125,12 @@ class Mesh(_Obstacle):
         return tuple(frozen(piece) for piece in self._pieces)
 
 
-Obstacle = Annotated[Sphere | Box | Capsule | HalfSpace | Mesh, Field(discriminator="type")]
+Obstacle = Annotated[
+    Sphere | Box | Capsule | Cylinder | HalfSpace | Mesh | HeightField | PointCloud, Field(discriminator="type")
+]
+"""What a scene may have in the way of a robot."""
+KINDS: tuple[type[Obstacle], ...] = get_args(get_args(Obstacle)[0])
+"""The classes of obstacles."""
 
 
 def is_moving(obstacle: Obstacle) -> bool:
@@ -176,3 +157,12 @@ def name_of(obstacles: Sequence[Obstacle], i: int) -> str:
     """Return what messages call an obstacle of a scene: no two of a scene are called the same."""
     obstacle = obstacles[i]
     return f"obstacles[{i}] ({obstacle.type if obstacle.name is None else obstacle.name})"
+
+
+def covers_of(obstacles: Sequence[Obstacle]) -> tuple[Cover, ...]:
+    """Return what stands for those obstacles that were measured: point clouds and height fields."""
+    return tuple(
+        obstacle.cover(name_of(obstacles, i))
+        for i, obstacle in enumerate(obstacles)
+        if isinstance(obstacle, HeightField | PointCloud)
+    )

@@ -20,6 +20,7 @@ from humanoid_rail.errors import MISSING, InvalidInput, did_you_mean
 from humanoid_rail.model.position_limits import within_position_limits
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.model.robot_file import Start
+from humanoid_rail.scene.groups import SceneObstacles
 from humanoid_rail.scene.keep import check_keep
 from humanoid_rail.scene.objects import check_holding, check_objects, held_targets
 from humanoid_rail.scene.obstacles import Obstacle
@@ -48,8 +49,8 @@ class Scene(Frozen):
     targets: Targets
     """What each hand has to reach, by the hand's name: a point [x, y, z], a :class:`Pose`, or None for a hand that may
     stay wherever is convenient. Or a list of these, to be reached one after the other."""
-    obstacles: Annotated[tuple[Obstacle, ...], BeforeValidator(plain)] = ()
-    """What the links have to keep clear of."""
+    obstacles: SceneObstacles = ()
+    """What the links have to keep clear of. Groups and shelves are what they are made of once the scene is made."""
     objects: Annotated[tuple[Obstacle, ...], BeforeValidator(plain)] = ()
     """What hands can grasp: shapes with a name each. Where they stand the links keep clear of them, but for the hand
     that grasps one."""

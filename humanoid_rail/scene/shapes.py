@@ -10,7 +10,8 @@ import pinocchio as pin
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.geometry.convex_shape import convex_shape
-from humanoid_rail.scene.obstacles import Box, Capsule, HalfSpace, Mesh, Obstacle, Sphere
+from humanoid_rail.scene.covers import HeightField, PointCloud
+from humanoid_rail.scene.obstacles import Box, Capsule, Cylinder, HalfSpace, Mesh, Obstacle, Sphere
 
 
 class PlacedShape(NamedTuple):
@@ -21,7 +22,7 @@ class PlacedShape(NamedTuple):
 
 
 def placed_shapes(obstacle: Obstacle) -> list[PlacedShape]:
-    """Return the convex shapes that make up an obstacle: one, or the pieces of a mesh."""
+    """Return the convex shapes that make up an obstacle: one, or the pieces that cover it."""
     match obstacle:
         case Sphere():
             return [PlacedShape(coal.Sphere(obstacle.radius), _placement(obstacle.center))]
@@ -30,13 +31,23 @@ def placed_shapes(obstacle: Obstacle) -> list[PlacedShape]:
         case Capsule():
             capsule = coal.Capsule(obstacle.radius, obstacle.length)
             return [PlacedShape(capsule, _placement(obstacle.center, obstacle.rpy))]
+        case Cylinder():
+            cylinder = coal.Cylinder(obstacle.radius, obstacle.length)
+            return [PlacedShape(cylinder, _placement(obstacle.center, obstacle.rpy))]
         case HalfSpace():
             length = float(np.linalg.norm(obstacle.normal))
             half_space = coal.Halfspace(np.array(obstacle.normal) / length, obstacle.offset / length)
             return [PlacedShape(half_space, coal.Transform3s())]
-        case Mesh():
+        case Mesh() | HeightField():
             placement = _placement(obstacle.center, obstacle.rpy)
             return [PlacedShape(convex_shape(vertices), placement) for vertices in obstacle.pieces]
+        case PointCloud():
+            turn = pin.rpy.rpyToMatrix(*obstacle.rpy)
+            centers = obstacle.centers @ turn.T + obstacle.center
+            return [
+                PlacedShape(coal.Sphere(radius), coal.Transform3s(turn, center))
+                for center, radius in zip(centers, obstacle.radii.tolist(), strict=True)
+            ]
 
 
 def distance_between(one: PlacedShape, other: PlacedShape) -> float:

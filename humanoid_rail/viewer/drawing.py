@@ -16,6 +16,8 @@ from humanoid_rail._arrays import Array
 from humanoid_rail._validation import Vector
 from humanoid_rail.model.collision_bodies import coal_placement
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.scene.colors import color_bytes
+from humanoid_rail.scene.covers import HeightField, PointCloud
 from humanoid_rail.scene.obstacles import Box, HalfSpace, Mesh, Obstacle, is_moving
 from humanoid_rail.scene.shapes import PlacedShape, placed_shapes
 from humanoid_rail.viewer.colours import OBSTACLE_COLOURS, WALL_COLOUR, colour_of
@@ -49,18 +51,17 @@ def draw_obstacles(view: meshcat.Visualizer, obstacles: Sequence[Obstacle]) -> N
     """Draw obstacles as one object: a group for those that move alike, named as :func:`moving_together` does.
 
     Their number hardly matters: in a group those of the same form and colour are one object. A half-space below which
-    everything is full is left out: the floor shows it.
+    everything is full is left out unless it has a colour of its own: the floor shows it.
     """
     colours, groups = obstacle_colours(obstacles), dict[str, list[mg.Object]]()
     for name, together in moving_together(obstacles).items():
-        coloured: dict[int, list[int]] = {}
+        coloured: dict[tuple[int, bool], list[int]] = {}
         for i in together:
-            if not is_floor(obstacles[i]):
-                coloured.setdefault(colours[i], []).append(i)
+            if not is_plain_floor(obstacles[i]):
+                coloured.setdefault((colours[i], isinstance(obstacles[i], HalfSpace)), []).append(i)
         groups[name] = []
-        for colour, numbers in coloured.items():
+        for (colour, is_wall), numbers in coloured.items():
             pieces = [(piece, i) for i in numbers for piece in placed_shapes(obstacles[i])]
-            is_wall = colour == WALL_COLOUR
             shapes, owners = [piece for piece, _ in pieces], [i for _, i in pieces]
             groups[name] += instances(shapes, colour, 0.2 if is_wall else 1.0, -1 if is_wall else 0, owners)
     view.set_object(Group(groups))
@@ -74,15 +75,23 @@ def is_floor(obstacle: Obstacle) -> bool:
     return z > 0 and x == y == 0
 
 
+def is_plain_floor(obstacle: Obstacle) -> bool:
+    """Return whether an obstacle is a floor without a colour of its own, which the floor of the picture shows."""
+    return is_floor(obstacle) and obstacle.color is None
+
+
 def obstacle_colours(obstacles: Sequence[Obstacle]) -> list[int]:
-    """Return the colour of each obstacle: the same for those of the same kind and size."""
+    """Return the colour of each obstacle: its own, or else the same for those of the same kind and size."""
     kinds: dict[tuple[object, ...], int] = {}
     colours = []
     for obstacle in obstacles:
+        if obstacle.color is not None:
+            colours.append(color_bytes(obstacle.color))
+            continue
         kind: tuple[object, ...] = (obstacle.type,)
         if isinstance(obstacle, Box):
             kind = (*kind, *(round(size, 2) for size in sorted(obstacle.size)))
-        elif isinstance(obstacle, Mesh):
+        elif isinstance(obstacle, Mesh | HeightField | PointCloud):
             kind = (*kind, obstacle.file)
         elif isinstance(obstacle, HalfSpace):
             colours.append(WALL_COLOUR)

@@ -2,13 +2,26 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pinocchio as pin
 import pytest
 from conftest import AHEAD
 from wandering import DT, around, turned
 
-from humanoid_rail import Box, Follower, FollowerStatus, HalfSpace, InvalidInput, Kinematics, Robot, Scene, Sphere
+from humanoid_rail import (
+    Box,
+    Follower,
+    FollowerStatus,
+    HalfSpace,
+    InvalidInput,
+    Kinematics,
+    PointCloud,
+    Robot,
+    Scene,
+    Sphere,
+)
 from humanoid_rail.scene.obstacles import Obstacle
 
 
@@ -187,3 +200,20 @@ def test_a_moved_obstacle_counts_as_one_that_was_there_from_the_start(robot: Rob
 
 def free_run(follower: Follower, cycles: int) -> np.ndarray:
     return [follower.step() for _ in range(cycles)][-1].q
+
+
+def test_all_spheres_of_a_cloud_are_moved(robot: Robot, tmp_path: Path) -> None:
+    """Distances after a move are those of the same cloud that was there from the start."""
+    np.savez(tmp_path / "cloud.npz", points=np.random.default_rng(0).uniform(-0.5, 0.5, (40, 3)))
+    hand = Kinematics(robot).hand_positions(robot.initial).reshape(-1, 3)[0]
+    turn, there = (0.3, -0.2, 1.0), hand + np.array([-0.8, 0.0, 0.0])
+    cloud = PointCloud(file=str(tmp_path / "cloud.npz"), radius=0.05, center=(-3.0, 8.0, 3.0))
+    moved = cloud.model_copy(update={"center": tuple(there.tolist()), "rpy": turn})
+    follower = Follower(robot, Scene(targets=AHEAD, obstacles=(cloud,)), dt=DT, obstacle_speed=1e4)
+    follower.move_obstacle(0, there, turn)
+    q = follower.state.q
+    state = follower.step()
+    assert state.closest is not None
+    exact = float(Kinematics(robot, (moved,)).measure(q).clearance.min())
+    assert 0.0 < exact < 0.3
+    assert state.closest.distance == pytest.approx(exact, abs=1e-9)

@@ -13,7 +13,7 @@ from conftest import assert_gradient, central_difference, random_q
 from scipy.spatial import cKDTree
 from trimesh.transformations import translation_matrix as translation
 
-from humanoid_rail import Box, Capsule, HalfSpace, Mesh, Robot, Sphere, load_robot
+from humanoid_rail import Box, Capsule, Cylinder, HalfSpace, Mesh, Robot, Sphere, load_robot
 from humanoid_rail.kinematics.kinematics import manipulability_gradient
 from humanoid_rail.paper import dh_table as dh
 from humanoid_rail.scene.obstacles import Obstacle
@@ -105,10 +105,11 @@ def obstacles(cube: str) -> dict[str, tuple[Obstacle, ...]]:
         "capsule": tuple(Capsule(center=p, radius=0.2, length=0.6, rpy=rpy()) for p in places()),
         "halfspace": tuple(HalfSpace(normal=rpy(), offset=-1.0) for _ in range(4)),
         "mesh": tuple(Mesh(file=cube, center=p, rpy=rpy(), scale=[0.5, 0.3, 0.8]) for p in places()),
+        "cylinder": tuple(Cylinder(center=p, radius=0.3, length=0.6, rpy=rpy()) for p in places()),
     }
 
 
-@pytest.mark.parametrize("kind", ["sphere", "box", "capsule", "halfspace", "mesh"])
+@pytest.mark.parametrize("kind", ["sphere", "box", "capsule", "cylinder", "halfspace", "mesh"])
 @pytest.mark.parametrize("radius", [0.05, 0.0])
 def test_clearance_gradients_on_both_sides_of_contact(
     kind: str, radius: float, cube_file: str, rng: np.random.Generator, Kinematics: type
@@ -128,7 +129,11 @@ def test_clearance_gradients_on_both_sides_of_contact(
             if jump > 1e-3:
                 seen["jumps"] += 1
                 continue
-            assert np.linalg.norm(gradient - numeric[pair]) <= 1e-6 * max(np.linalg.norm(gradient), 1e-3), (kind, pair)
+            # coal finds nearest points of cylinders step by step, and depths by flat pieces in place of round faces.
+            rough = 2e-2 if state.clearance[pair] < 0 else 1e-3
+            precise = rough if kind == "cylinder" else 1e-6
+            error = np.linalg.norm(gradient - numeric[pair])
+            assert error <= precise * max(np.linalg.norm(gradient), 1e-3), (kind, pair)
             seen["contact" if state.clearance[pair] < 0 else "apart"] += 1
     assert seen["contact"] >= (20 if kind == "halfspace" else 3), seen
     assert seen["apart"] >= 500, seen

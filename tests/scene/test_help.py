@@ -23,6 +23,6 @@ def test_help_shows_fields_and_units(kind: Any) -> None:
 
 def test_signatures_of_obstacles_are_readable() -> None:
     assert str(inspect.signature(Sphere)) == (
-        "(*, velocity: three numbers = (0.0, 0.0, 0.0), name: str | None = None, "
+        "(*, velocity: three numbers = (0.0, 0.0, 0.0), name: str | None = None, color: colour or None = None, "
         "type: Literal['sphere'] = 'sphere', center: three numbers, radius: number > 0)"
     )

@@ -1,12 +1,24 @@
 """The sampled filter of edges, against clearances measured by coal and Pinocchio in Python, and against the proof."""
 
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
 from conftest import random_scene
 
-from humanoid_rail import Box, Capsule, HalfSpace, HumanoidRailError, Mesh, Robot, Sphere, load_robot
+from humanoid_rail import (
+    Box,
+    Capsule,
+    Cylinder,
+    HalfSpace,
+    HumanoidRailError,
+    Mesh,
+    PointCloud,
+    Robot,
+    Sphere,
+    load_robot,
+)
 from humanoid_rail._native import engine
 from humanoid_rail.kinematics.kinematics import Kinematics
 from humanoid_rail.model.native_robot import native_robot
@@ -97,6 +109,27 @@ def test_meshes_are_no_boxes(robot: Robot, rng: np.random.Generator, tmp_path_fa
                 assert fast.is_edge_free(q, q + 1e-7) == (left > 0)
             between += 0 < left < 0.1
     assert between >= 5
+
+
+def test_of_cylinders_and_clouds_it_is_never_wrong(robot: Robot, rng: np.random.Generator, tmp_path: Path) -> None:
+    """Cylinders have no closed form in it, and a cloud is many spheres."""
+    np.savez(tmp_path / "cloud.npz", points=rng.uniform(-0.5, 0.5, (60, 3)))
+    free = blocked = 0
+    for _ in range(20):
+        middle = np.array([0.0, 2.0, 2.8])
+        turns = rng.uniform(-2, 2, (2, 3))
+        places = middle + rng.uniform(-2, 2, (2, 3))
+        obstacles = (
+            Cylinder(center=tuple(places[0]), radius=0.3, length=0.8, rpy=tuple(turns[0])),
+            PointCloud(file=str(tmp_path / "cloud.npz"), radius=0.05, center=tuple(places[1]), rpy=tuple(turns[1])),
+        )
+        fast, kinematics = edge_filter(robot, obstacles), Kinematics(robot, obstacles)
+        for q in (within(robot, rng) for _ in range(10)):
+            left = spare(robot, kinematics, q)
+            if abs(left) > ROUNDING:
+                assert fast.is_edge_free(q, q + 1e-7) == (left > 0)
+            free, blocked = free + (left > 0), blocked + (left < 0)
+    assert min(free, blocked) >= 10
 
 
 def test_an_edge_is_sampled_all_along(robot: Robot, rng: np.random.Generator) -> None:

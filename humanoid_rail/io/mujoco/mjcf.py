@@ -27,6 +27,7 @@ from humanoid_rail.io.mujoco.mjcf_bodies import (
 from humanoid_rail.io.mujoco.objects import add_objects
 from humanoid_rail.io.mujoco.visual_meshes import NO_MESHES, VisualMeshes
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.scene.colors import color_bytes
 from humanoid_rail.scene.obstacles import HalfSpace, Obstacle, is_moving, name_of
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.scene.shapes import PlacedShape, placed_shapes
@@ -151,7 +152,9 @@ def _add_obstacles(document: Element, scene: Scene) -> None:
             if isinstance(placed.shape, coal.ConvexBase):
                 SubElement(assets, "mesh", name=name, vertex=numbers(np.ravel(placed.shape.points())))
                 shape["mesh"] = name
-            if isinstance(placed.shape, coal.Halfspace):
+            if obstacle.color is not None:
+                shape["rgba"] = f"{numbers(rgb(color_bytes(obstacle.color)))} 1"
+            elif isinstance(placed.shape, coal.Halfspace):
                 shape |= {"material": "floor", "rgba": "1 1 1 1"}
             SubElement(body, "geom", {"class": "obstacle", "name": name, **shape})
 
