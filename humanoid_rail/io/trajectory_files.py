@@ -18,7 +18,7 @@ from humanoid_rail.collision.certificate import Certificate, Contact
 from humanoid_rail.diagnosis import read_diagnosis
 from humanoid_rail.errors import InvalidInput
 from humanoid_rail.io.tables import csv_bytes, npz_bytes
-from humanoid_rail.kinematics.deviation import Deviation
+from humanoid_rail.kinematics.deviation import deviation_of
 from humanoid_rail.kinematics.joint_limits import Violation
 from humanoid_rail.kinematics.path_metric import PathQuality
 from humanoid_rail.kinematics.state import Course
@@ -135,7 +135,7 @@ def _certificate(certificate: Mapping[str, Any] | None) -> Certificate | None:
         contact = Contact(**{**contact, "point": tuple(contact["point"])})
     pairs = tuple(UncheckedPair(**pair) for pair in certificate["unchecked_pairs"])
     bare = tuple(certificate["links_without_body"])
-    deviations = tuple(Deviation(**deviation) for deviation in certificate.get("deviations", ()))
+    deviations = tuple(deviation_of(deviation) for deviation in certificate.get("deviations", ()))
     given = {"contact": contact, "unchecked_pairs": pairs, "links_without_body": bare, "deviations": deviations}
     return Certificate(**{**certificate, **given})
 

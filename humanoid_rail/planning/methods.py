@@ -19,7 +19,7 @@ from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.path_metric import path_quality
 from humanoid_rail.kinematics.state import KinematicsModel
 from humanoid_rail.kinematics.task_stack import count_rows
-from humanoid_rail.planning.kept import KeptLimits
+from humanoid_rail.planning.kept import allowed_by
 from humanoid_rail.planning.options import (
     ENGINES,
     Options,
@@ -188,8 +188,7 @@ class Auto(SafeOptions):
         if not self.optimise or not at_rest(problem.obstacles):
             return planned
         steps, deadline = self.max_optimisation_steps, started + left
-        kept = KeptLimits(self.max_deviation, self.max_tilt)
-        return with_least_time(planned, problem, self.safety_distance, kept, steps, settings, deadline)
+        return with_least_time(planned, problem, self.safety_distance, allowed_by(self), steps, settings, deadline)
 
     def _plan_path(self, problem: Problem, number: int, settings: Settings) -> Planned:
         """Look for a path and follow it as fast as the speed limits allow."""

@@ -21,9 +21,11 @@ from numpy.typing import ArrayLike
 from humanoid_rail._arrays import Array, frozen
 from humanoid_rail.collision.certificate import Certificate
 from humanoid_rail.errors import InvalidInput, check_kind, checked_number, told_apart
+from humanoid_rail.kinematics.deviation import Deviation
 from humanoid_rail.kinematics.joint_limits import limit_violations
 from humanoid_rail.kinematics.path_metric import path_quality
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.planning.kept import Kept, allowed_by, deviations_of, recorded
 from humanoid_rail.planning.planner import judged
 from humanoid_rail.planning.segments import arrival
 from humanoid_rail.planning.verification import check_robot
@@ -31,6 +33,8 @@ from humanoid_rail.resampling import evaluate
 from humanoid_rail.result import MAX_SAMPLES, Motion, Retiming, Status, Verdict
 from humanoid_rail.samples import samples_along
 from humanoid_rail.scene.scene import Scene
+from humanoid_rail.search.kept_path import FINE as KEPT_FINE
+from humanoid_rail.search.kept_path import on_constraints
 from humanoid_rail.timing.lower_bound import least_duration_of
 from humanoid_rail.timing.time_optimal import Limits
 from humanoid_rail.timing.timed_motion import TimedMotion, along_path, wanted_bound
@@ -38,6 +42,8 @@ from humanoid_rail.trajectory import Trajectory
 
 FINE = 5e-3
 """The points of a path that is taken from a retimed motion are this far apart in time, s."""
+SAME_TIME = 1e-6
+"""Times that are nearer to each other than this are the same, s."""
 LONGEST_STEP = 10.0
 """The time between samples is at most this, s."""
 LEAST_SPEED = 1e-3
@@ -98,22 +104,42 @@ def retime(
     longest = np.inf if max_time is None else checked_number("max_time", max_time, above=0.0)
     share = checked_number("speed", speed, least=LEAST_SPEED, most=1.0)
     limits = _limits(robot, share, velocity_limit, acceleration_limit, jerk_limit)
-    segments = _segments(trajectory)
+    kept = recorded(trajectory.certificate)
+    rests = _rests(trajectory, kept)
+    segments = _segments(trajectory, rests)
     _check_moving(robot, segments, limits)
-    wanted = wanted_bound(trajectory.certificate, trajectory.method.kept_distance)
-    motion = along_path(robot, scene.obstacles, segments, limits, step, rest, wanted)
-    retimed = _result(trajectory, robot, scene, motion, longest, limits)
+    for part in kept:
+        a, b = _place(rests, part.begin), _place(rests, part.end)
+        segments[a:b] = [on_constraints(robot, part.constraints, segment, KEPT_FINE) for segment in segments[a:b]]
+    wanted, allowed = (
+        wanted_bound(trajectory.certificate, trajectory.method.kept_distance),
+        allowed_by(trajectory.method),
+    )
+
+    def fits(found: TimedMotion) -> bool:
+        return all(map(allowed.allow, _deviations(robot, kept, rests, found)))
+
+    motion = along_path(robot, scene.obstacles, segments, limits, step, rest, wanted, fits)
+    proven = replace(motion.certificate, deviations=_deviations(robot, kept, rests, motion))
+    ends = np.array([0, *motion.ends])
+    reached = [float(motion.t[ends[_place(rests, arrival)]]) for arrival in trajectory.arrivals]
+    retimed = _result(trajectory, robot, scene, motion._replace(certificate=proven), reached, longest, limits)
     spent = trajectory.planning_time + time.perf_counter() - started
     done = Retiming(step, share, rest)
     return replace(retimed, provenance=replace(retimed.provenance, planning_time=spent, retiming=done))
 
 
 def _result(
-    trajectory: Trajectory, robot: Robot, scene: Scene, motion: TimedMotion, longest: float, limits: Limits
+    trajectory: Trajectory,
+    robot: Robot,
+    scene: Scene,
+    motion: TimedMotion,
+    reached: Sequence[float],
+    longest: float,
+    limits: Limits,
 ) -> Trajectory:
     """Return a retimed motion as a trajectory, with a verdict of its own."""
-    t, q, certificate = frozen(motion.t), frozen(motion.q), motion.certificate
-    arrivals = tuple(float(t[end]) for end in motion.ends[: len(trajectory.arrivals)])
+    t, q, certificate, arrivals = frozen(motion.t), frozen(motion.q), motion.certificate, tuple(reached)
     status, reason = _judged(trajectory, len(scene.steps), arrivals, float(t[-1]), longest, certificate)
     found = Motion(t, q, robot.joint_names, motion.timing(robot, limits))
     return Trajectory(
@@ -184,19 +210,43 @@ def _limit(name: str, given: ArrayLike | None, robot: Robot, default: Array) -> 
     return np.broadcast_to(values, (robot.n,)).copy()
 
 
-def _segments(trajectory: Trajectory) -> list[Array]:
-    """Return the paths from one rest to the next."""
+def _rests(trajectory: Trajectory, kept: Sequence[Kept]) -> list[float]:
+    """Return when the plan begins, is at each of its targets, and ends, and where constraints begin or end, s."""
     given = [0.0, *trajectory.arrivals, trajectory.duration]
     if any(later < sooner for sooner, later in pairwise(given)):
         raise InvalidInput("trajectory.arrivals", trajectory.arrivals, "times of the motion, in their order")
+    rests = given[:-1]
+    for time_of_rest in (bound for part in kept for bound in (part.begin, part.end)):
+        if min(abs(time_of_rest - rest) for rest in (*rests, trajectory.duration)) > SAME_TIME:
+            rests.append(time_of_rest)
+    rests.sort()
+    is_over = int(np.argmin(abs(trajectory.t - rests[-1]))) == len(trajectory.t) - 1
+    return rests if is_over and len(rests) > 1 else [*rests, trajectory.duration]
+
+
+def _place(rests: Sequence[float], at: float) -> int:
+    """Return the number of the rest at a time in s."""
+    return int(np.argmin(abs(np.array(rests) - at)))
+
+
+def _segments(trajectory: Trajectory, rests: Sequence[float]) -> list[Array]:
+    """Return the paths from one rest to the next, from their times in s."""
     t, q = trajectory.t, trajectory.q
     if trajectory.timing is not None and len(t) > 1:
         # It is no polyline.
         t = np.unique(np.concatenate([t, np.arange(0.0, t[-1], max(FINE, t[-1] / MAX_SAMPLES))]))
         q, _, _ = evaluate(trajectory.motion, t)
-    arrivals = [int(np.argmin(abs(t - arrival))) for arrival in trajectory.arrivals]
-    ends = [0, *arrivals] + [len(t) - 1] * (not arrivals or arrivals[-1] < len(t) - 1)
+    ends = [int(np.argmin(abs(t - rest))) for rest in rests]
     return [q[a : b + 1] for a, b in pairwise(ends)]
+
+
+def _deviations(
+    robot: Robot, kept: Sequence[Kept], rests: Sequence[float], motion: TimedMotion
+) -> tuple[Deviation, ...]:
+    """Return how far a retimed motion leaves what was kept between rests of the plan."""
+    times = [0.0, *motion.t[motion.ends].tolist()]
+    there = [Kept(k.constraints, times[_place(rests, k.begin)], times[_place(rests, k.end)]) for k in kept]
+    return deviations_of(robot, there, motion.t, motion.q, motion.velocity)
 
 
 def _check_moving(robot: Robot, segments: Sequence[Array], limits: Limits) -> None:

@@ -236,7 +236,8 @@ def _smoothed(problem: Problem, search: PathSearch, beginning: Array, least: flo
     loose = distance - min(SPARE / 2, LOOSE_SHARE * distance)
     checker = EdgeChecker(robot, problem.obstacles, loose, 1.0 - LOOSE_SHARE)
     if problem.constraints:
-        return on_constraints(problem, np.vstack([beginning, search.best]), FINE), checker
+        path = np.vstack([beginning, search.best])
+        return on_constraints(robot, problem.constraints, path, FINE), checker
     path = round_corners(robot, np.vstack([beginning, search.best]), checker.is_edge_valid)
     if len(beginning):
         # Corners are left there, where no more can be asked for.
