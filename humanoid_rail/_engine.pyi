@@ -60,7 +60,27 @@ class DirectionTask(Task):
 class RelativeTask(Task):
     """Two hands that have to be in a relation."""
 
-    def __init__(self, first: int, second: int, difference: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]) -> None: ...
+    def __init__(self, first: int, second: int, difference: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')], in_first: bool = False) -> None: ...
+
+class DistanceTask(Task):
+    """Two hands that have to be at a distance."""
+
+    def __init__(self, first: int, second: int, distance: float) -> None: ...
+
+class LineTask(Task):
+    """A point of a hand that has to be on a line."""
+
+    def __init__(self, hand: int, offset: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')], point: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')], across: Annotated[NDArray[numpy.float64], dict(shape=(3, 2), order='F')]) -> None: ...
+
+class AxisTask(Task):
+    """An axis of a hand that has to lie along a direction."""
+
+    def __init__(self, hand: int, axis: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')], direction: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')], across: Annotated[NDArray[numpy.float64], dict(shape=(3, 2), order='F')], lever: float) -> None: ...
+
+class OrientationTask(Task):
+    """A hand that has to be turned in one way."""
+
+    def __init__(self, hand: int, rotation: Annotated[NDArray[numpy.float64], dict(shape=(3, 3), order='F')], reference: int, lever: float) -> None: ...
 
 class ConfigurationTask(Task):
     """Joints that have to be at positions."""
@@ -178,6 +198,9 @@ class InverseKinematics:
 
     def evaluate(self, q: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], tasks: TaskStack) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]]: ...
 
+    def errors(self, q: Annotated[NDArray[numpy.float64], dict(shape=(None, None), writable=False)], tasks: TaskStack) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+        """The errors of the tasks at each configuration."""
+
 class Contact:
     """A link that touches an obstacle or another link."""
 
@@ -280,7 +303,7 @@ class Gains:
 class Safety:
     """Parameters of the constraints of the safe velocity."""
 
-    def __init__(self, *, distance: float, gain: float, horizon: float, margin_share: float, least_margin: float, limit_gain: float, task_weight: float, least_rate: float, fastest: float, precision: float, shares: Sequence[float], equality: Callable[..., object] | None = None) -> None: ...
+    def __init__(self, *, distance: float, gain: float, horizon: float, margin_share: float, least_margin: float, limit_gain: float, task_weight: float, least_rate: float, fastest: float, precision: float, shares: Sequence[float], equality: Callable[..., object] | None = None, constraints: TaskStack | None = None) -> None: ...
 
 class Settings:
     """When a motion ends, and how precisely it is integrated."""
@@ -386,7 +409,9 @@ class Sampler:
     Paths by sampling: RRT-Connect, shortcuts, and the proof of what they find.
     """
 
-    def __init__(self, robot: Robot, obstacles: Obstacles, distance: float, own_share: float, units: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]) -> None: ...
+    def __init__(self, robot: Robot, obstacles: Obstacles, distance: float, own_share: float, units: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], constraints: TaskStack | None = None) -> None: ...
+
+    def walk(self, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], goal: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)]) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')] | None, Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], int]: ...
 
     def connect(self, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), writable=False)], goals: Annotated[NDArray[numpy.float64], dict(shape=(None, None), writable=False)], lower: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], upper: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], longest: float, seed: int, max_checks: int, seconds: float) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')] | None, Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], int]: ...
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from humanoid_rail._arrays import Array
+from humanoid_rail._native import why_no_engine
 from humanoid_rail.collision.certificate import Certificate
 from humanoid_rail.collision.certifier import certify
 from humanoid_rail.errors import MISSING, InvalidInput
@@ -18,8 +19,10 @@ from humanoid_rail.kinematics.task import Task
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.keeping import constraints_of
 from humanoid_rail.problem import Problem
-from humanoid_rail.result import Method
+from humanoid_rail.resolution.integrate import Integration
+from humanoid_rail.result import Method, Status
 from humanoid_rail.scene.scene import Scene
+from humanoid_rail.search.exact_end import error_at
 from humanoid_rail.search.kept_path import FINE, on_constraints
 from humanoid_rail.timing.time_optimal import limits_of
 from humanoid_rail.timing.timed_motion import TimedMotion, along_path, wanted_bound
@@ -123,6 +126,27 @@ def kept_in_scene(robot: Robot, scene: Scene, t: Array, q: Array, arrivals: Sequ
         if step.keep:
             found.append(Kept(constraints_of(robot, step.keep, start), begin, end))
     return tuple(found)
+
+
+def brought_back(problem: Problem, motion: Integration, tolerance: float) -> Integration:
+    """Return a motion with its samples brought back onto the constraints, as far as rounding and damping left them.
+
+    Without a native engine it stays as it is, and so does a sample from which no configuration is found.
+
+    Args:
+        problem: What was planned.
+        motion: The motion.
+        tolerance: How far |e| may be from 0 where it reaches the tasks, m.
+    """
+    if why_no_engine():
+        return motion
+    q = on_constraints(problem.robot, problem.constraints, motion.q, np.inf)
+    left, end = error_at(problem, q[-1], float(motion.t[-1])), float(motion.t[-1])
+    if motion.status is not Status.REACHED:
+        return replace(motion, q=q)
+    is_there = left <= tolerance
+    reason = f"|e| is {left:.3g} m at t = {end:.4g} s{'' if is_there else ', brought back onto what is kept'}"
+    return replace(motion, q=q, status=Status.REACHED if is_there else Status.STALLED, reason=reason)
 
 
 def kept_motion(problem: Problem, t: Array, path: Array, dt: float, distance: float, limits: KeptLimits) -> TimedMotion:

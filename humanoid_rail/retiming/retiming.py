@@ -106,6 +106,26 @@ def retime(
     limits = _limits(robot, share, velocity_limit, acceleration_limit, jerk_limit)
     kept = recorded(trajectory.certificate)
     rests = _rests(trajectory, kept)
+    motion = _motion(trajectory, robot, scene, kept, rests, limits, step, rest)
+    ends = np.array([0, *motion.ends])
+    reached = [float(motion.t[ends[_place(rests, arrival)]]) for arrival in trajectory.arrivals]
+    retimed = _result(trajectory, robot, scene, motion, reached, longest, limits)
+    spent = trajectory.planning_time + time.perf_counter() - started
+    done = Retiming(step, share, rest)
+    return replace(retimed, provenance=replace(retimed.provenance, planning_time=spent, retiming=done))
+
+
+def _motion(
+    trajectory: Trajectory,
+    robot: Robot,
+    scene: Scene,
+    kept: Sequence[Kept],
+    rests: Sequence[float],
+    limits: Limits,
+    step: float,
+    dwell: float,
+) -> TimedMotion:
+    """Return the motion along a plan that keeps what it keeps, with samples a step apart in s."""
     segments = _segments(trajectory, rests)
     _check_moving(robot, segments, limits)
     for part in kept:
@@ -119,14 +139,9 @@ def retime(
     def fits(found: TimedMotion) -> bool:
         return all(map(allowed.allow, _deviations(robot, kept, rests, found)))
 
-    motion = along_path(robot, scene.obstacles, segments, limits, step, rest, wanted, fits)
+    motion = along_path(robot, scene.obstacles, segments, limits, step, dwell, wanted, fits)
     proven = replace(motion.certificate, deviations=_deviations(robot, kept, rests, motion))
-    ends = np.array([0, *motion.ends])
-    reached = [float(motion.t[ends[_place(rests, arrival)]]) for arrival in trajectory.arrivals]
-    retimed = _result(trajectory, robot, scene, motion._replace(certificate=proven), reached, longest, limits)
-    spent = trajectory.planning_time + time.perf_counter() - started
-    done = Retiming(step, share, rest)
-    return replace(retimed, provenance=replace(retimed.provenance, planning_time=spent, retiming=done))
+    return motion._replace(certificate=proven)
 
 
 def _result(
