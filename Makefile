@@ -6,7 +6,7 @@ ENGINE := $(wildcard engine/*.[hc]pp engine/*/*.[hc]pp)
 
 .DELETE_ON_ERROR:
 .PHONY: plan test lint docs docs-serve generate figures picture benchmark evaluation motions regression retiming \
-	least-time passing certificates distances filter stages views urdfs meshes robots gallery sanitize clean
+	least-time passing certificates distances filter carries stages views urdfs meshes robots gallery sanitize clean
 
 plan: $(VENV)/plan-installed
 	@echo "A kitting round, several targets one after the other, retimed for a drive:"
@@ -95,6 +95,10 @@ stages: $(VENV)/test-installed
 # The sampled filter of edges against the proof: two minutes.
 filter: $(VENV)/test-installed
 	$(BIN)/python -m validation.check_filter --readme docs/auto.md
+
+# Level trays through an aisle, measured between samples: half a minute.
+carries: $(VENV)/test-installed
+	$(BIN)/python -m validation.check_carries --readme docs/constraints.md
 
 # 10,000 random URDFs, most of them spoiled: each loads whole or is refused by name. A minute or two.
 urdfs: $(VENV)/test-installed

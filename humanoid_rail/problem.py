@@ -12,8 +12,7 @@ from numpy.typing import ArrayLike
 
 from humanoid_rail._arrays import Array, FrozenArrays, checked_array, frozen
 from humanoid_rail.errors import InvalidInput, check_kind
-from humanoid_rail.kinematics.deviation import name_of
-from humanoid_rail.kinematics.deviation_bounds import KEPT_TASKS
+from humanoid_rail.kinematics.deviation import KEPT_TASKS, name_of
 from humanoid_rail.kinematics.kinematics import Kinematics
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.task import Task

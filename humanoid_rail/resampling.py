@@ -65,7 +65,7 @@ def resampled(motion: Motion, dt: float) -> tuple[Motion, NDArray[np.bool_]]:
     if timing is not None:
         velocity[own], acceleration[own] = timing.velocity, timing.acceleration
         timing = Timing(frozen(velocity), frozen(acceleration), timing.peaks)
-    return Motion(frozen(t), frozen(q), motion.joint_names, timing, motion.events), own
+    return Motion(frozen(t), frozen(q), motion.joint_names, timing, motion.events, motion.ends), own
 
 
 def is_evenly_spaced(t: Array) -> bool:

@@ -144,6 +144,9 @@ class Motion(FrozenArrays):
     """The timing of an optimised or retimed motion; None for one that is linear in q between samples."""
     events: tuple[Event, ...] = ()
     """What happens to objects along it, in order."""
+    ends: tuple[float, ...] = ()
+    """When each of its moves ends, s: a step is one, and so is each straight approach and retreat. Empty where that is
+    not known."""
 
 
 @dataclass(frozen=True)

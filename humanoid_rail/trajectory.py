@@ -261,7 +261,7 @@ class Trajectory:
             "least_duration": self.least_duration,
             "min_clearance": self.min_clearance,
             "diagnosis": None if self.diagnosis is None else self.diagnosis.summary(),
-            "certificate": None if certificate is None else asdict(certificate),
+            "certificate": None if certificate is None else _certificate_data(certificate),
             "violations": [asdict(violation) for violation in self.violations],
             "arrivals": list(self.arrivals),
             **({"events": events_data(self.events)} if self.events else {}),
@@ -287,3 +287,7 @@ class Trajectory:
 def _finite(peak: Mapping[str, Any]) -> dict[str, Any]:
     """Return a peak as JSON has it, which knows no infinity."""
     return {name: None if value == np.inf else value for name, value in peak.items()}
+
+
+def _certificate_data(certificate: Certificate) -> dict[str, Any]:
+    return {**asdict(certificate), "deviations": [deviation.data() for deviation in certificate.deviations]}

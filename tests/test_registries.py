@@ -18,6 +18,7 @@ from humanoid_rail._native import engine, why_no_engine
 from humanoid_rail.cli import COMMANDS
 from humanoid_rail.io.export import FORMATS, Format
 from humanoid_rail.io.mujoco.mjcf_bodies import shape_attributes
+from humanoid_rail.kinematics import kept_tasks as kept_tasks_module
 from humanoid_rail.kinematics import task as tasks_module
 from humanoid_rail.kinematics.native_tasks import native_tasks
 from humanoid_rail.live.triangles import obstacle_triangles
@@ -43,6 +44,10 @@ TASKS = {
     "DirectionTask": ("left", (0.0, 0.0, 1.0)),
     "RelativeTask": ("left", "right", (0.0, 1.0, 0.0)),
     "ConfigurationTask": (("rail",), (1.0,)),
+    "LineTask": ("left", (1.0, 2.0, 3.0), (0.0, 0.0, 1.0)),
+    "DistanceTask": ("left", "right", 2.0),
+    "AxisTask": ("left", (0.0, 0.0, 1.0)),
+    "OrientationTask": ("left", ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))),
 }
 """Arguments to make one of each task."""
 ENGINE_STATUS = {"out_of_time": "planning_timeout"}
@@ -140,11 +145,12 @@ def test_every_obstacle_is_drawn_and_put_elsewhere(cube_file: str, tmp_path: Pat
 
 
 def test_tasks_are_known_everywhere() -> None:
-    known = {name for name, value in vars(tasks_module).items() if name.endswith("Task") and name != "Task"}
+    modules = {**vars(tasks_module), **vars(kept_tasks_module)}
+    known = {name for name in modules if name.endswith("Task") and name != "Task"}
     assert known == set(TASKS), "enter the new task in this test"
     assert known <= first_cells(page("plan.md"))
     for name in known:
-        assert getattr(humanoid_rail, name) is getattr(tasks_module, name)
+        assert getattr(humanoid_rail, name) is modules[name]
         assert f"humanoid_rail.{name}" in page("api.md")
 
 
@@ -154,7 +160,7 @@ def test_the_engine_knows_every_task(robot: Robot) -> None:
         raise AssertionError("a task was called back")
 
     for name, arguments in TASKS.items():
-        task = getattr(tasks_module, name)(*arguments)
+        task = getattr(humanoid_rail, name)(*arguments)
         assert native_tasks(robot, [task], unused).rows == task.rows
     native = {name for name in vars(engine()) if name.endswith("Task")}
     assert native - {"Task", "FunctionTask"} == set(TASKS)

@@ -40,11 +40,11 @@ void bind_search(nb::module_& module) {
       .def(
           "walk",
           [](Guard& self, const Eigen::Ref<const Vector>& from, const Eigen::Ref<const Vector>& to) {
-            check_configuration("from", from, self.constant().robot().n());
-            check_configuration("to", to, self.constant().robot().n());
+            check_configuration("start", from, self.constant().robot().n());
+            check_configuration("goal", to, self.constant().robot().n());
             return plain(self.with([&](Sampler& sampler) { return sampler.walk(from, to); }));
           },
-          "from"_a, "to"_a)
+          "start"_a, "goal"_a)
       .def(
           "connect",
           [](Guard& self, const Eigen::Ref<const Vector>& start, const Eigen::Ref<const Rows>& goals,

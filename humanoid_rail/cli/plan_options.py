@@ -47,7 +47,7 @@ def numbers(_context: click.Context, _option: click.Parameter, text: str | None)
     return values[0] if len(values) == 1 else values
 
 
-IN_PYTHON_ONLY = ("objectives", "equalities", "far_clearances", "rtol", "atol")
+IN_PYTHON_ONLY = ("objectives", "equalities", "far_clearances", "rtol", "atol", "max_deviation", "max_tilt")
 """These fields of the methods are not options of the command line."""
 METHOD_OPTIONS = (
     click.option("--safety-distance", type=float, help="Clearance that qp and auto keep, m  [0.01]"),

@@ -19,7 +19,7 @@ from humanoid_rail.diagnosis import read_diagnosis
 from humanoid_rail.errors import InvalidInput
 from humanoid_rail.events import read_events
 from humanoid_rail.io.tables import csv_bytes, npz_bytes
-from humanoid_rail.kinematics.deviation import Deviation
+from humanoid_rail.kinematics.deviation import deviation_of
 from humanoid_rail.kinematics.joint_limits import Violation
 from humanoid_rail.kinematics.path_metric import PathQuality
 from humanoid_rail.kinematics.state import Course
@@ -143,7 +143,7 @@ def _certificate(certificate: Mapping[str, Any] | None) -> Certificate | None:
         "unchecked_pairs": pairs,
         "links_without_body": bare,
         # Files of before have none of these.
-        "deviations": tuple(Deviation(**deviation) for deviation in certificate.get("deviations", ())),
+        "deviations": tuple(deviation_of(deviation) for deviation in certificate.get("deviations", ())),
         "covers": tuple(Cover(**cover) for cover in certificate.get("covers", ())),
     }
     return Certificate(**{**certificate, **given})

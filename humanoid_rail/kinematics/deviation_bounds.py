@@ -30,17 +30,6 @@ from humanoid_rail.kinematics.task import ConfigurationTask, DirectionTask, Poin
 from humanoid_rail.kinematics.task_stack import stack_error
 from humanoid_rail.model.robot import Robot
 
-KEPT_TASKS = (
-    PointTask,
-    LineTask,
-    RelativeTask,
-    DistanceTask,
-    AxisTask,
-    DirectionTask,
-    OrientationTask,
-    ConfigurationTask,
-)
-"""What is bounded of these tasks is known. A class derived from one is the user's own."""
 RESOLUTION = 1e-5
 """Bounds are at most this much larger than the largest deviation that was found, m or rad, ..."""
 MAX_HALVINGS = 14
@@ -89,7 +78,7 @@ def deviations(
         pieces, middle = motion.halved(pieces, is_open, errors)
         found = np.maximum(found, [one.size(middle).max() for one in kept])
     return tuple(
-        Deviation(name_of(task), one.unit, one.amount(largest), when, float(t[0]), float(t[-1]))
+        Deviation(name_of(task), one.unit, one.amount(largest), when, float(t[0]), float(t[-1]), task)
         for task, one, (largest, when) in zip(tasks, kept, proven, strict=True)
     )
 

@@ -18,8 +18,9 @@ from humanoid_rail.kinematics.kinematics import Kinematics
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.path_metric import path_quality
 from humanoid_rail.kinematics.state import KinematicsModel
+from humanoid_rail.kinematics.task import Task
 from humanoid_rail.kinematics.task_stack import count_rows
-from humanoid_rail.planning.kept import KeptLimits
+from humanoid_rail.planning.kept import allowed_by, brought_back
 from humanoid_rail.planning.options import (
     ENGINES,
     Options,
@@ -37,6 +38,7 @@ from humanoid_rail.resolution.integrate import Settings, integrate
 from humanoid_rail.resolution.native_velocity import integrate_natively
 from humanoid_rail.resolution.qp import Equality, Safety
 from humanoid_rail.resolution.rollout import rollout
+from humanoid_rail.resolution.velocity import Gains
 from humanoid_rail.result import Search, Status
 from humanoid_rail.scene.obstacles import at_rest
 from humanoid_rail.scene.scene import Scene
@@ -47,6 +49,10 @@ from humanoid_rail.search.reachability import followed, followed_gains, turning
 
 LARGEST_SEED = 2**31 - 1
 """The largest seed, and the largest number of edge checks: such numbers are passed on as 32 bits."""
+KEPT_GAIN = 10.0
+"""Gradient projection corrects errors of constraints with so many times the gain of the tasks."""
+NEARER = 0.9
+"""With constraints it ends at this share of the tolerance."""
 MOST_STEPS = 1000
 """The largest number of steps of the optimisation."""
 
@@ -87,17 +93,14 @@ class GradientProjection(Options):
     def plan(self, problem: Problem, number: int = 0, spent: float = 0.0, moved: float = 0.0) -> Planned:
         """Integrate eq. 4.9; see :meth:`PlanningMethod.plan`."""
         settings, kinematics = self._settings(moved, rtol=self.rtol, atol=self.atol), self.kinematics(problem)
-        # Constraints are tasks that are done from the start on: e' = -K e keeps their errors at 0.
-        tasks, gains = (*problem.constraints, *problem.tasks), self.gains
-        if problem.constraints:
-            K = gains.diagonal(count_rows(problem.tasks))
-            kept = np.full(count_rows(problem.constraints), K.max())
-            gains = replace(gains, gain=np.concatenate([kept, K]))
+        tasks, gains, settings = _with_constraints(problem, self.gains, settings)
         if isinstance(kinematics, NativeKinematics):
             motion = integrate_natively(kinematics, problem.q, tasks, gains, settings)
         else:
             assert isinstance(kinematics, Kinematics)
             motion = integrate(kinematics, problem.q, tasks, gains, settings)
+        if problem.constraints:
+            motion = brought_back(problem, motion, self.tolerance)
         return Planned(motion, found_by(self.name, motion))
 
 
@@ -189,8 +192,7 @@ class Auto(SafeOptions):
         if not self.optimise or not at_rest(problem.obstacles):
             return planned
         steps, deadline = self.max_optimisation_steps, started + left
-        kept = KeptLimits(self.max_deviation, self.max_tilt)
-        return with_least_time(planned, problem, self.safety_distance, kept, steps, settings, deadline)
+        return with_least_time(planned, problem, self.safety_distance, allowed_by(self), steps, settings, deadline)
 
     def passing(self, planned: Sequence[Planned], problems: Sequence[Problem], spent: float = 0.0) -> Sequence[Planned]:
         """Make one motion of least time of several; see :meth:`PlanningMethod.passing`."""
@@ -228,6 +230,20 @@ class Auto(SafeOptions):
             # It turns no hand.
             motion = replace(motion, status=found.status, reason=f"{found.reason}; qp reaches the points alone")
         return Planned(motion, found_by(SafeVelocity.name, motion), search, found.explored)
+
+
+def _with_constraints(problem: Problem, gains: Gains, settings: Settings) -> tuple[tuple[Task, ...], Gains, Settings]:
+    """Return tasks with the constraints among them, which are done from the start on: e' = -K e keeps them at 0.
+
+    Near singularities, where eq. 4.6 is damped, the larger gain keeps them near to that.
+    """
+    if not problem.constraints:
+        return tuple(problem.tasks), gains, settings
+    K = gains.diagonal(count_rows(problem.tasks))
+    kept = np.full(count_rows(problem.constraints), KEPT_GAIN * K.max())
+    # What is left of the constraints' errors when the motion is brought back onto them may take from the tolerance.
+    nearer = replace(settings, tolerance=NEARER * settings.tolerance)
+    return (*problem.constraints, *problem.tasks), replace(gains, gain=np.concatenate([kept, K])), nearer
 
 
 METHODS: Mapping[str, type[PlanningMethod]] = MappingProxyType(

@@ -16,7 +16,7 @@ from humanoid_rail.kinematics.task_stack import count_rows
 from humanoid_rail.model.position_limits import within_position_limits
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.diagnosing import diagnose, in_one_line
-from humanoid_rail.planning.kept import KeptLimits, deviations_of
+from humanoid_rail.planning.kept import allowed_by, deviations_of
 from humanoid_rail.planning.methods import as_method
 from humanoid_rail.planning.moves import moves_of
 from humanoid_rail.planning.options import PlanningMethod
@@ -144,6 +144,7 @@ def _result(robot: Robot, scene: Scene, method: PlanningMethod, segments: Segmen
         robot.joint_names,
         None if timed is None else timed.timing(robot, limits_of(robot)),
         segments.events,
+        segments.ends,
     )
     verdict = Verdict(
         status=status,
@@ -197,9 +198,7 @@ def _joint_motions(motion: Integration, timed: TimedMotion | None) -> tuple[Join
     return sampled(motion.t, motion.q), motion.visited
 
 
-def judged(
-    certificate: Certificate | None, method: PlanningMethod | Method, status: Status, reason: str
-) -> tuple[Status, str]:
+def judged(certificate: Certificate | None, method: Method, status: Status, reason: str) -> tuple[Status, str]:
     """Return the status and the reason of a motion, once it is known what is proven of it.
 
     Args:
@@ -211,7 +210,7 @@ def judged(
     if certificate is None:
         return status, f"{reason}; {UNPROVEN}"
     kept_distance = method.kept_distance
-    left = KeptLimits(method.max_deviation, method.max_tilt).exceeded(certificate.deviations)
+    left = allowed_by(method).exceeded(certificate.deviations)
     if left is not None:
         status, reason = Status.UNCERTIFIED if status is Status.REACHED else status, f"{reason}, but {left}"
     if kept_distance is None:

@@ -125,7 +125,7 @@ class Probe:
         scene = problem.scene if obstacles is None else problem.scene.model_copy(update={"obstacles": obstacles})
         if safety_distance is not None:
             method = replace(method, safety_distance=safety_distance)
-        changed = Problem(self.robot if robot is None else robot, scene, tuple(tasks), problem.q)
+        changed = Problem(self.robot if robot is None else robot, scene, tuple(tasks), problem.q, problem.constraints)
         return method.plan(changed).motion.status is Status.REACHED
 
 

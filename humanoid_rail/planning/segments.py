@@ -60,6 +60,8 @@ class Segments:
     """The segment at which planning ended; None if all targets are reached, or time was up before it."""
     events: tuple[Event, ...] = ()
     """What happens to objects."""
+    ends: tuple[float, ...] = ()
+    """When each move ends, s."""
 
 
 def plan_segments(
@@ -162,6 +164,7 @@ def joined(robot: Robot, planned: Sequence[Planned], moves: Sequence[Move] = ())
         search=_joined_search([segment.search for segment in planned if segment.search is not None]),
         arrivals=_arrivals(motions, ends, moves),
         timed=_timed(planned),
+        ends=tuple(ends) if len(moves) > 1 else (),
         optimisation=_joined_optimisation(planned, moves),
         kept=tuple(
             Kept(segment.constraints, begin, end)

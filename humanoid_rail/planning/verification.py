@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
@@ -12,6 +13,7 @@ from humanoid_rail.errors import InvalidInput, check_kind, told_apart
 from humanoid_rail.kinematics.kinematics import Kinematics
 from humanoid_rail.model.robot import Robot, check_joint_names
 from humanoid_rail.planning.event_checks import checked_events
+from humanoid_rail.planning.kept import deviations_of, kept_in_scene
 from humanoid_rail.planning.phases import certify_motion, sampled_motion
 from humanoid_rail.planning.start import warn_of_depth
 from humanoid_rail.scene.scene import Scene
@@ -52,7 +54,8 @@ def verify(robot: Robot, scene: Scene, trajectory: SampledMotion, *, max_checks:
 
     Returns:
         The certificate. Where there is contact it says where the first one is, and the bound is negative. Where the
-        checks were used up it is not certified, and its reason says so.
+        checks were used up it is not certified, and its reason says so. `deviations` bounds how far the motion leaves
+        what the scene keeps (`Step.keep`), as it is when each step begins.
 
     Raises:
         InvalidInput: If the trajectory has other joints than the robot, its times or configurations are not valid, or
@@ -64,7 +67,9 @@ def verify(robot: Robot, scene: Scene, trajectory: SampledMotion, *, max_checks:
     t, q, velocity = _checked_motion(robot, trajectory)
     warn_of_depth(robot, scene)
     motion = sampled_motion(robot, t, q, velocity, checked_events(robot, scene, t, getattr(trajectory, "events", ())))
-    return certify_motion(robot, scene, motion, max_checks)
+    kept = kept_in_scene(robot, scene, t, q, getattr(trajectory, "arrivals", None))
+    certificate = certify_motion(robot, scene, motion, max_checks)
+    return replace(certificate, deviations=deviations_of(robot, kept, t, q, velocity))
 
 
 def _checked_motion(robot: Robot, trajectory: SampledMotion) -> tuple[Array, Array, Array | None]:

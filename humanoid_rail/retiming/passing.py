@@ -10,6 +10,7 @@ import numpy as np
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.errors import told_apart
+from humanoid_rail.events import Event
 from humanoid_rail.kinematics.inverse_kinematics import InverseKinematics
 from humanoid_rail.kinematics.path_metric import path_length
 from humanoid_rail.kinematics.task import Task
@@ -35,6 +36,10 @@ class Retimed(NamedTuple):
     """When it is at each target, or nearest to it, s."""
     stopped: str
     """Why it rests at targets that were to be passed; empty if it does not."""
+    events: tuple[Event, ...] = ()
+    """What happens to objects along it."""
+    ends: tuple[float, ...] = ()
+    """When each of its moves ends, s; empty where that is not known."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,13 +24,15 @@ from humanoid_rail.errors import InvalidInput, check_kind, checked_number, told_
 from humanoid_rail.kinematics.joint_limits import limit_violations
 from humanoid_rail.kinematics.path_metric import path_quality
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.planning.kept import recorded
+from humanoid_rail.planning.phases import samples_of
 from humanoid_rail.planning.planner import RESTS, judged
 from humanoid_rail.planning.segments import arrival
 from humanoid_rail.planning.verification import check_robot
 from humanoid_rail.resampling import SAME_TIME, evaluate
 from humanoid_rail.result import MAX_SAMPLES, Motion, Retiming, Status, Verdict
 from humanoid_rail.retiming.passing import Retimed, along_segments
-from humanoid_rail.samples import samples_along
+from humanoid_rail.retiming.piecewise import along_pieces, rests_of
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.timing.lower_bound import least_duration_of
 from humanoid_rail.timing.time_optimal import Limits
@@ -101,10 +103,17 @@ def retime(
     longest = np.inf if max_time is None else checked_number("max_time", max_time, above=0.0)
     share = checked_number("speed", speed, least=LEAST_SPEED, most=1.0)
     limits = _limits(robot, share, velocity_limit, acceleration_limit, jerk_limit)
-    segments = _segments(trajectory)
-    _check_moving(robot, segments, limits)
+    kept = recorded(trajectory.certificate)
     wanted = wanted_bound(trajectory.certificate, trajectory.method.kept_distance)
-    along = along_segments(robot, scene, segments, trajectory, limits, step, rest, wanted)
+    if trajectory.events or kept:
+        rests = rests_of(trajectory, kept)
+        segments = _segments(trajectory, rests)
+        _check_moving(robot, segments, limits)
+        along = along_pieces(trajectory, robot, scene, kept, rests, segments, limits, step, rest)
+    else:
+        segments = _segments(trajectory, _targets(trajectory))
+        _check_moving(robot, segments, limits)
+        along = along_segments(robot, scene, segments, trajectory, limits, step, rest, wanted)
     retimed = _result(trajectory, robot, scene, along, longest, limits)
     spent = trajectory.planning_time + time.perf_counter() - started
     done = Retiming(step, share, rest)
@@ -115,15 +124,15 @@ def _result(
     trajectory: Trajectory, robot: Robot, scene: Scene, along: Retimed, longest: float, limits: Limits
 ) -> Trajectory:
     """Return a retimed motion as a trajectory, with a verdict of its own."""
-    motion, arrivals, stopped = along
+    motion, arrivals, stopped, events, move_ends = along
     t, q, certificate = frozen(motion.t), frozen(motion.q), motion.certificate
     status, reason = _judged(trajectory, len(scene.steps), arrivals, float(t[-1]), longest, certificate)
     if stopped:
         reason += f"; {RESTS}: {stopped}"
-    found = Motion(t, q, robot.joint_names, motion.timing(robot, limits))
+    found = Motion(t, q, robot.joint_names, motion.timing(robot, limits), events, move_ends)
     return Trajectory(
         motion=found,
-        samples=samples_along(robot, scene.obstacles, t, q, trajectory.method),
+        samples=samples_of(robot, scene, found, trajectory.method),
         verdict=Verdict(
             status=status,
             reason=reason,
@@ -189,19 +198,24 @@ def _limit(name: str, given: ArrayLike | None, robot: Robot, default: Array) -> 
     return np.broadcast_to(values, (robot.n,)).copy()
 
 
-def _segments(trajectory: Trajectory) -> list[Array]:
-    """Return the paths from one target to the next."""
+def _targets(trajectory: Trajectory) -> list[float]:
+    """Return when the plan begins, is at each of its targets, and ends, s."""
     given = [0.0, *trajectory.arrivals, trajectory.duration]
     if any(later < sooner for sooner, later in pairwise(given)):
         raise InvalidInput("trajectory.arrivals", trajectory.arrivals, "times of the motion, in their order")
+    is_over = len(given) > 2 and int(np.argmin(abs(trajectory.t - given[-2]))) == len(trajectory.t) - 1
+    return given[:-1] if is_over else given
+
+
+def _segments(trajectory: Trajectory, rests: Sequence[float]) -> list[Array]:
+    """Return the paths from one rest to the next, from their times in s."""
     t, q = trajectory.t, trajectory.q
     if trajectory.timing is not None and len(t) > 1:
         # It is no polyline.
         passed = [arrival for arrival in trajectory.arrivals if abs(t - arrival).min() > SAME_TIME]
         t = np.unique(np.concatenate([t, passed, np.arange(0.0, t[-1], max(FINE, t[-1] / MAX_SAMPLES))]))
         q, _, _ = evaluate(trajectory.motion, t)
-    arrivals = [int(np.argmin(abs(t - arrival))) for arrival in trajectory.arrivals]
-    ends = [0, *arrivals] + [len(t) - 1] * (not arrivals or arrivals[-1] < len(t) - 1)
+    ends = [int(np.argmin(abs(t - rest))) for rest in rests]
     return [q[a : b + 1] for a, b in pairwise(ends)]
 
 

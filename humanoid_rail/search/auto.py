@@ -20,12 +20,13 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
-from itertools import chain
+from itertools import chain, islice
 
 import numpy as np
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.collision.edge_checker import EdgeChecker
+from humanoid_rail.kinematics.deviation import name_of
 from humanoid_rail.kinematics.inverse_kinematics import InverseKinematics
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.task_stack import count_rows
@@ -58,6 +59,8 @@ LOOSE_SHARE = 0.05
 """Smoothing may take at most this share of the distance that a path keeps."""
 RETREAT_SHARE = 0.95
 """A path that begins too near to something keeps this share of the largest clearance of its beginning."""
+KEPT_STARTS = 200
+"""Constraints and targets contradict each other if no configuration for both is found from this many starts."""
 START_SHARE = 0.99
 """The part of a path that begins too near to something keeps this share of its own least clearance."""
 
@@ -205,7 +208,19 @@ def _unreachable(
     except TimedOut:
         why = f"planning was cut off by {settings.planning_time_option} before the reach was known"
         return Status.PLANNING_TIMEOUT, why
+    if fault is None and problem.constraints:
+        fault = _contradiction(problem, budget.random)
     return None if fault is None else (Status.TARGET_OUT_OF_REACH, fault)
+
+
+def _contradiction(problem: Problem, random: np.random.Generator) -> str | None:
+    """Return that the constraints seem to hold nowhere at the targets; None if they do somewhere."""
+    solver, tasks = InverseKinematics(problem.robot, ()), (*problem.tasks, *problem.constraints)
+    starts = islice(seeds(problem.robot, problem.q, random), KEPT_STARTS)
+    if any(solver.solve(start, tasks, -np.inf).reached for start in starts):
+        return None
+    kept = ", and ".join(map(name_of, problem.constraints))
+    return f"the targets are in reach, but no configuration there was found that keeps {kept}"
 
 
 def _result(search: PathSearch, evaluations: int) -> PathResult:
@@ -236,7 +251,8 @@ def _smoothed(problem: Problem, search: PathSearch, beginning: Array, least: flo
     loose = distance - min(SPARE / 2, LOOSE_SHARE * distance)
     checker = EdgeChecker(robot, problem.obstacles, loose, 1.0 - LOOSE_SHARE)
     if problem.constraints:
-        return on_constraints(problem, np.vstack([beginning, search.best]), FINE), checker
+        path = np.vstack([beginning, search.best])
+        return on_constraints(robot, problem.constraints, path, FINE), checker
     path = round_corners(robot, np.vstack([beginning, search.best]), checker.is_edge_valid)
     if len(beginning):
         # Corners are left there, where no more can be asked for.
