@@ -34,6 +34,7 @@ from humanoid_rail import (
     solve,
 )
 from humanoid_rail import Kinematics as PythonKinematics
+from humanoid_rail.kinematics.inverse_kinematics import InverseKinematics
 from humanoid_rail.kinematics.task import LEVER
 from humanoid_rail.kinematics.task_stack import stack_error
 from humanoid_rail.planning.target_tasks import tasks_of
@@ -180,3 +181,32 @@ def test_what_is_no_task_is_named(robot: Robot) -> None:
 def test_a_free_hand_has_no_task(robot: Robot) -> None:
     (step,) = make_scene({"name": "one", "targets": {"left": None, "right": [0.0, 2.0, 3.0]}}).steps
     assert tasks_of(robot, step) == (PointTask("right", (0.0, 2.0, 3.0)),)
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_the_engine_has_the_rows_of_a_task(robot: Robot, rng: np.random.Generator, name: str) -> None:
+    task, kinematics, solver = TASKS[name], PythonKinematics(robot), InverseKinematics(robot, ())
+    for _ in range(5):
+        q = random_q(robot, rng)
+        error, jacobian = solver.evaluate(q, (task,))
+        np.testing.assert_allclose(error, task.error(kinematics.state(q)), atol=1e-10)
+        np.testing.assert_allclose(jacobian, task.jacobian(kinematics.state(q)), atol=1e-10)
+        np.testing.assert_allclose(solver.errors(q[None, :], (task,))[0], error, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("make", "field"),
+    [
+        (lambda: AxisTask("left", (0.0, 0.0, 0.0)), "axis"),
+        (lambda: AxisTask("left", (0.0, 0.0, 1.0), (0.0, 0.0, 0.0)), "direction"),
+        (lambda: LineTask("left", (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)), "direction"),
+        (lambda: LineTask("left", (0.0, 0.0), (0.0, 0.0, 1.0)), "point"),
+        (lambda: DistanceTask("left", "right", -1.0), "distance"),
+        (lambda: OrientationTask("left", ((1.0, 0.0, 0.0),) * 3), "rotation"),
+        (lambda: RelativeTask("left", "right", (0.0, 0.0, 0.0), "yes"), "in_first"),
+    ],
+)
+def test_a_task_that_makes_no_sense_is_refused(make: Any, field: str) -> None:
+    with pytest.raises(InvalidInput) as caught:
+        make()
+    assert caught.value.field == field
