@@ -24,6 +24,7 @@ from humanoid_rail import (
     read_trajectory,
     retime,
     verify,
+    write_trajectory,
 )
 from humanoid_rail.optimisation import passing
 from humanoid_rail.optimisation.spline import weights
