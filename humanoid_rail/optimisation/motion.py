@@ -38,7 +38,6 @@ from humanoid_rail.timing.timed_motion import (
     TimedMotion,
     along_path,
     certified_motion,
-    followings,
     wanted_bound,
 )
 
@@ -63,8 +62,6 @@ REPAIR_STEPS = 3
 """By at most so many steps each, from one stop or waypoint to the next."""
 REPAIR_TRUST = 0.05
 """The first step of a repair moves control points at most this far, s."""
-MUCH_SHORTER = 0.9
-"""A motion that takes at most this share of the one that follows the path most loosely is shorter than the others."""
 LONGEST_STEP = 0.02
 """Samples are at most this far apart, however far they may be, s: over as long accelerations set in."""
 
@@ -104,12 +101,8 @@ def least_time_motion(
     dt /= np.ceil(dt / LONGEST_STEP)
     motion, steps = _optimised(problem, path, limits, dt, safety_distance, max_steps, deadline)
     stray = (DEVIATION + CUT) * robot.speed_units
-    if motion is not None:
-        if motion.duration <= least_duration_along(path, *limits[:2], stray):
-            return Found(motion, True, steps)
-        loosest, _ = next(followings(robot, [path], limits, dt, 0.0))
-        if motion.duration <= MUCH_SHORTER * (len(loosest) - 3) * dt:
-            return Found(motion, True, steps)
+    if motion is not None and motion.duration <= least_duration_along(path, *limits[:2], stray):
+        return Found(motion, True, steps)
     wanted = wanted_bound(certify(robot, problem.obstacles, t, path), safety_distance)
     plain = along_path(robot, problem.obstacles, [path], limits, dt, 0.0, wanted)
     if motion is not None and motion.duration <= plain.duration:
