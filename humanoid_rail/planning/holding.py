@@ -14,7 +14,7 @@ from humanoid_rail.model.attached import ObjectBody, with_objects
 from humanoid_rail.model.hand_links import hand_bodies
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.objects import object_named, pieces_of, placement_of
-from humanoid_rail.scene.obstacles import Obstacle, name_of
+from humanoid_rail.scene.obstacles import Obstacle, is_moving, name_of
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.scene.shapes import PlacedShape, distance_between
 
@@ -87,6 +87,8 @@ def after_grasp(robot: Robot, holding: Holding, grasps: Mapping[str, tuple[str, 
 def supports(robot: Robot, scene: Scene, holding: Holding, name: str, q: Array, within: float) -> frozenset[str]:
     """Return the obstacles and other objects that an object is near, as a contact with them is called.
 
+    Obstacles that move are none of them: an object on one would not stand still.
+
     Args:
         robot: The robot.
         scene: The scene.
@@ -98,7 +100,7 @@ def supports(robot: Robot, scene: Scene, holding: Holding, name: str, q: Array, 
     pieces = _placed(scene, name, object_placement(robot, holding, name, q))
     found = set[str]()
     for number, obstacle in enumerate(scene.obstacles):
-        if _distance(pieces, _placed_obstacle(obstacle)) < within:
+        if not is_moving(obstacle) and _distance(pieces, _placed_obstacle(obstacle)) < within:
             found.add(name_of(scene.obstacles, number))
     for other in holding.standing:
         if other != name and _distance(pieces, _placed(scene, other, holding.standing[other])) < within:

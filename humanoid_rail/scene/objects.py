@@ -56,6 +56,18 @@ def check_objects(objects: Sequence[Obstacle]) -> None:
         known.add(one.name)
 
 
+def why_no_contact(obstacle: Obstacle) -> str | None:
+    """Return what would be right where an object may not touch an obstacle; None if it may.
+
+    What an object may touch counts as a link that stays where it is and ends somewhere.
+    """
+    if isinstance(obstacle, HalfSpace):
+        return "an obstacle that ends somewhere, such as a box as large as the floor; this one is a half-space"
+    if is_moving(obstacle):
+        return "an obstacle that stands still; this one has a velocity"
+    return None
+
+
 def object_named(objects: Sequence[Obstacle], name: str) -> Obstacle:
     """Return the object of a name, which is there."""
     return next(one for one in objects if one.name == name)
@@ -82,11 +94,10 @@ def check_holding(
             valid = f"a name that nothing of the robot has; it is that of {_what(robot, str(one.name))}"
             raise InvalidInput(f"objects[{number}].name", one.name, valid)
     names = [str(one.name) for one in objects]
-    others = [*names, *(str(one.name) for one in obstacles if one.name is not None)]
     held: dict[str, tuple[str, ...]] = {}
     for number, step in enumerate(steps):
         where = f"targets[{number}]" if len(steps) > 1 else "targets"
-        _check_contacts(where, step, names, others)
+        _check_contacts(where, step, names, obstacles)
         _check_targets(where, robot, step, names, held)
         held = _after_release(where, robot, step, names, held)
         held = _after_grasp(where, robot, step, names, held)
@@ -126,7 +137,8 @@ def _what(robot: Robot, name: str) -> str:
     return "a hand" if name in robot.hand_names else "a link or frame"
 
 
-def _check_contacts(where: str, step: Step, names: Sequence[str], others: Sequence[str]) -> None:
+def _check_contacts(where: str, step: Step, names: Sequence[str], obstacles: Sequence[Obstacle]) -> None:
+    others = [*names, *(str(one.name) for one in obstacles if one.name is not None)]
     for name, touched in step.contacts.items():
         _check_known(f"{where}.contacts.{name}", name, names)
         for other in touched:
@@ -135,6 +147,9 @@ def _check_contacts(where: str, step: Step, names: Sequence[str], others: Sequen
                 raise InvalidInput(
                     f"{where}.contacts.{name}", other, f"{valid}; there are: {', '.join(others) or 'none'}"
                 )
+            for obstacle in obstacles:
+                if obstacle.name == other and (valid_instead := why_no_contact(obstacle)):
+                    raise InvalidInput(f"{where}.contacts.{name}", other, valid_instead)
     if step.contacts and not any(_is_straight(target) for target in step.values()):
         valid = "given for a step with a straight approach or retreat: contacts are allowed on these alone"
         raise InvalidInput(f"{where}.contacts", dict(step.contacts), valid)
