@@ -147,7 +147,8 @@ def clearances(one: Body, other: Body, count: int, near: float) -> Array:
     apart = np.broadcast_to(distance(one.at(anchors), other.at(anchors)), len(anchors))
     lower = np.repeat(apart, STRIDE)[:count] - one.shift() - other.shift()
     k = np.flatnonzero(lower < max(near, float(apart.min())))
-    lower[k] = distance(one.at(k), other.at(k))
+    if len(k):
+        lower[k] = distance(one.at(k), other.at(k))
     return lower
 
 

@@ -6,7 +6,6 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 
 import coal
-import numpy as np
 import pinocchio as pin
 
 from humanoid_rail._arrays import Array
@@ -106,11 +105,6 @@ def supports(robot: Robot, scene: Scene, holding: Holding, name: str, q: Array, 
         if other != name and _distance(pieces, _placed(scene, other, holding.standing[other])) < within:
             found.add(other)
     return frozenset(found)
-
-
-def gap(scene: Scene, name: str, place: pin.SE3, point: Array) -> float:
-    """Return how far a point (3,) is from an object at a place, m; negative within it."""
-    return _distance(_placed(scene, name, place), [PlacedShape(coal.Sphere(0.0), coal.Transform3s(np.eye(3), point))])
 
 
 def _placed(scene: Scene, name: str, place: pin.SE3) -> list[PlacedShape]:

@@ -19,21 +19,18 @@ from humanoid_rail.planning.holding import (
     after_release,
     allowed,
     at_the_start,
-    gap,
     hand_placement,
     object_placement,
     robot_among,
     supports,
 )
 from humanoid_rail.planning.moves import Happening, Move
-from humanoid_rail.scene.objects import why_no_contact
+from humanoid_rail.scene.objects import GRASP_REACH, distance_from_point, object_named, why_no_contact
 from humanoid_rail.scene.obstacles import Obstacle, name_of
 from humanoid_rail.scene.scene import Scene, field_of_step
 
 SUPPORT = 0.02
 """An object stands on what is nearer to it than this when it is grasped, m."""
-GRASP_REACH = 0.05
-"""The point of a hand is no farther than this from what it grasps, m."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +100,8 @@ def _w_first(coefficients: Array) -> tuple[float, float, float, float]:
 def _check_at_hands(stage: Stage, robot: Robot, scene: Scene, move: Move, happening: Happening, q: Array) -> None:
     for hand in happening.hands:
         point: Array = np.array(hand_placement(robot, hand, q).translation)
-        far = gap(scene, happening.object, stage.holding.standing[happening.object], point)
+        shape = object_named(scene.objects, happening.object)
+        far = distance_from_point(shape, stage.holding.standing[happening.object], point)
         if far > GRASP_REACH:
             valid = f"an object at the hand, within {GRASP_REACH:g} m of its point; it is {far:.3g} m away then"
             raise InvalidInput(f"{field_of_step(scene, move.step)}.grasp.{hand}", happening.object, valid)
