@@ -22,7 +22,7 @@ from humanoid_rail.paper import dh_table as dh
 from humanoid_rail.scene.obstacles import HalfSpace, Obstacle, is_moving, name_of
 from validation.held_geometry import Body, body_of, bone, clearances, distance, obstacle_body
 from validation.plain_geometry import LINKS, RADIUS, STEP, clearance, rotation
-from validation.random_motions import MISS, PROBE, START, links_are_apart, random_obstacle, random_start
+from validation.random_motions import MISS, PROBE, START, links_are_apart, random_obstacle, random_start, robot
 
 LINEAR, CUBIC, TWO, NEAR = "linear", "cubic", "two hands", "near miss"
 KINDS = (LINEAR, CUBIC, TWO, NEAR)
@@ -80,6 +80,8 @@ class Part:
     """The pairs that have to be checked."""
     left_out: frozenset[frozenset[str]]
     """The pairs that are not, and move relative to each other."""
+    leaves_limits: bool
+    """Whether a joint leaves its position limits."""
 
 
 @dataclass(eq=False)
@@ -194,7 +196,9 @@ def _part(motion: HeldMotion, state: _State, begin: float, end: float, finer: in
         (a, b) for i, a in enumerate(objects) for b in objects[i + 1 :] if a in state.held or b in state.held
     ]
     pairs = tuple(pair for pair in candidates if frozenset(pair) not in allowed)
-    return Part(t, bodies, pairs, frozenset(map(frozenset, candidates)) & allowed)
+    q, slack = motion.configuration(t), 1e-6
+    leaves = bool(((q < robot().lower - slack) | (q > robot().upper + slack)).any())
+    return Part(t, bodies, pairs, frozenset(map(frozenset, candidates)) & allowed, leaves)
 
 
 def make_motion(seed: int, index: int) -> HeldMotion:

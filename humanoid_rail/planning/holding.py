@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import coal
@@ -141,15 +141,33 @@ def robot_among(robot: Robot, scene: Scene, holding: Holding, contacts: Contacts
     if not scene.objects:
         return robot, scene.obstacles
     touched = frozenset[str]().union(*contacts.values())
+    names = [name_of(scene.obstacles, i) for i in range(len(scene.obstacles))]
     bodies = [_body(robot, scene, holding, str(one.name), contacts) for one in scene.objects]
-    left = list[Obstacle]()
-    for number, obstacle in enumerate(scene.obstacles):
-        name = name_of(scene.obstacles, number)
-        if name in touched:
-            bodies.append(ObjectBody(name, *pieces_of(obstacle, pin.SE3.Identity())))
-        else:
-            left.append(obstacle)
-    return with_objects(robot, bodies), tuple(left) if len(left) < len(scene.obstacles) else scene.obstacles
+    bodies += [
+        ObjectBody(name, *pieces_of(obstacle, pin.SE3.Identity()))
+        for name, obstacle in zip(names, scene.obstacles, strict=True)
+        if name in touched
+    ]
+    return with_objects(robot, bodies), _left(scene.obstacles, [name not in touched for name in names])
+
+
+def _left(obstacles: tuple[Obstacle, ...], stays: Sequence[bool]) -> tuple[Obstacle, ...]:
+    """Return those obstacles that stay, called as before, although their numbers are others."""
+    if all(stays):
+        return obstacles
+    return tuple(one.to_be_called(name_of(obstacles, i)) for i, one in enumerate(obstacles) if stays[i])
+
+
+def among_moving(
+    robot: Robot, scene: Scene, holding: Holding, contacts: Contacts
+) -> tuple[Robot, tuple[Obstacle, ...]]:
+    """Return the robot with the objects as links, and the obstacles that move.
+
+    It is what :func:`robot_among` returns without obstacles as links: that one of these comes to touch one that moves
+    says nothing of the robot.
+    """
+    bodies = [_body(robot, scene, holding, str(one.name), contacts) for one in scene.objects]
+    return with_objects(robot, bodies), _left(scene.obstacles, [is_moving(one) for one in scene.obstacles])
 
 
 def _body(robot: Robot, scene: Scene, holding: Holding, name: str, contacts: Contacts) -> ObjectBody:

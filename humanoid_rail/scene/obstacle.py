@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
-from pydantic import AfterValidator, ConfigDict, Field, ValidationInfo
+from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr, ValidationInfo
 
 from humanoid_rail._validation import Frozen, Vector
 from humanoid_rail.scene.colors import Color
@@ -30,6 +30,18 @@ class ObstacleBase(Frozen):
     """What messages and pictures call it; several may have the same name."""
     color: Color | None = None
     """Its colour in pictures: a name as in CSS, such as `steelblue`, or `#rrggbb`."""
+    _called: str | None = PrivateAttr(default=None)
+
+    @property
+    def called(self) -> str | None:
+        """What messages call it where it is one of a part of a scene's obstacles: as in the whole scene."""
+        return self._called
+
+    def to_be_called(self, name: str) -> Self:
+        """Return the same obstacle, which messages call so wherever it is."""
+        copied = self.model_copy()
+        copied._called = name
+        return copied
 
 
 def _existing(file: str, info: ValidationInfo) -> str:
