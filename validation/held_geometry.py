@@ -182,8 +182,8 @@ def body_of(shape: Obstacle, turned: Array, place: Array) -> Body:
         case Mesh():
             scale = np.broadcast_to(np.array(shape.scale), 3)
             lines = [line.split() for line in Path(shape.file).read_text(encoding="utf-8").splitlines()]
-            corners = [scale * np.array(line[1:], float) for line in lines if line[:1] == ["v"]]
-            found = _polytope(tuple(triple(corner) for corner in corners))
+            points = [scale * np.array(line[1:], float) for line in lines if line[:1] == ["v"]]
+            found = _polytope(tuple(map(triple, points)))
             return _solid(found.edges, found, turned, place)
     raise TypeError(f"no plain geometry for a {shape.type}")
 

@@ -91,10 +91,9 @@ def certify_motion(robot: Robot, scene: Scene, motion: Motion, max_checks: int |
     """
     phases, parts = phases_of(robot, scene, motion), list[Certificate]()
     for phase in phases:
-        samples = part_of(motion, phase.begin, phase.end)
-        parts.append(
-            combined([certify(*among, *samples, max_checks=max_checks) for among in _looks(robot, scene, phase)])
-        )
+        t, q, velocity = part_of(motion, phase.begin, phase.end)
+        looks = _looks(robot, scene, phase)
+        parts.append(combined([certify(*among, t, q, velocity, max_checks=max_checks) for among in looks]))
     whole = combined(parts)
     return whole if len(phases) == 1 else replace(whole, unchecked_pairs=_unchecked(phases, parts))
 

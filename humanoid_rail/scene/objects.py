@@ -13,7 +13,7 @@ from humanoid_rail.errors import InvalidInput, did_you_mean
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import HalfSpace, Obstacle, is_moving
 from humanoid_rail.scene.shapes import PlacedShape, distance_between, placed_shapes
-from humanoid_rail.scene.targets import Line, Pose, Step, Straight, pointing_direction, position
+from humanoid_rail.scene.targets import Line, Pose, Step, Straight, Target, pointing_direction, position
 
 GRASP_REACH = 0.05
 """The point of a hand is no farther than this from what it grasps, m."""
@@ -151,6 +151,22 @@ def _check_targets(
             if step.get(hand) is not None:
                 valid = f"no target: the hand holds {name}, which has one"
                 raise InvalidInput(f"{where}.{hand}", step[hand], valid)
+
+
+def check_straight(robot: Robot, where: str, target: Target) -> None:
+    """Check that the straight ways of a hand to a target and from it are not longer than it can go.
+
+    Raises:
+        InvalidInput: If one is.
+    """
+    if not isinstance(target, Pose):
+        return
+    for name, way in (("approach", target.approach), ("retreat", target.retreat)):
+        if isinstance(way, Straight) and way.distance > 2.0 * robot.farthest_hand:
+            valid = (
+                f"at most {2.0 * robot.farthest_hand:.4g} m: no hand gets half as far from the base; in millimetres?"
+            )
+            raise InvalidInput(f"{where}.{name}.distance", way.distance, valid)
 
 
 def _what(robot: Robot, name: str) -> str:

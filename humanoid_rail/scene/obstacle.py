@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from copy import copy
 from pathlib import Path
 from typing import Annotated, Any, Self
 
@@ -39,8 +41,14 @@ class ObstacleBase(Frozen):
 
     def to_be_called(self, name: str) -> Self:
         """Return the same obstacle, which messages call so wherever it is."""
-        copied = self.model_copy()
+        copied = copy(self)
         copied._called = name
+        return copied
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """Return a copy with some fields changed, validated like any other, which messages call the same."""
+        copied = super().model_copy(update=update, deep=deep)
+        copied._called = self._called
         return copied
 
 
