@@ -132,8 +132,11 @@ class Step(Frozen):
     @classmethod
     def _know_every_key(cls, data: object) -> object:
         """Take any key that is no misspelt field: the others are names of hands, which the robot knows."""
-        for i, (key, value) in enumerate(data.items() if isinstance(data, Mapping) else ()):
-            near = did_you_mean(str(key), [name for name in cls.model_fields if name not in data])
+        if not isinstance(data, Mapping):
+            return data
+        left = [name for name in cls.model_fields if name not in data]
+        for i, (key, value) in enumerate(data.items()):
+            near = did_you_mean(str(key), left)
             is_target = isinstance(value, Mapping) and value.keys() & {*Pose.model_fields, *Line.model_fields}
             if near and key not in cls.model_fields and isinstance(value, Mapping) and not is_target:
                 valid = f"the name of a hand with its target, or one of {', '.join(cls.model_fields)}{near}"
