@@ -26,9 +26,11 @@ import numpy as np
 from humanoid_rail import Certificate, Contact, HumanoidRailError, verify
 from humanoid_rail._arrays import Array
 from humanoid_rail.cli.console import check_least, console, print_table, run
+from humanoid_rail.model.pairs import IN_PART
 from humanoid_rail.progress import progress_bar
+from validation.held_course import HeldMotion, Part, parts
 from validation.held_geometry import Body, bone, clearances, distance, point
-from validation.held_motions import KINDS, HeldMotion, Part, make_motion, parts
+from validation.held_motions import KINDS, make_motion
 from validation.plain_geometry import LINKS, NEIGHBOURS, PAIRS, far_segments
 from validation.random_motions import robot
 
@@ -131,7 +133,8 @@ def check(seed: int, finer: int, index: int) -> Outcome:
         certificate = verify(robot(), motion.scene(), motion)
     except HumanoidRailError as error:
         raise HumanoidRailError(f"motion {index}: {error}") from error
-    looked = look(motion, finer)
+    in_part = any(IN_PART in pair.why for pair in certificate.unchecked_pairs)
+    looked = look(motion, finer, in_part)
     nearest = min(looked, key=lambda one: one.least)
     objects = {str(one.name) for one in motion.objects}
     return Outcome(
@@ -146,16 +149,16 @@ def check(seed: int, finer: int, index: int) -> Outcome:
     )
 
 
-def look(motion: HeldMotion, finer: int) -> list[Looked]:
-    """Return what plain geometry finds of each part of a motion."""
-    return [_look(part) for part in parts(motion, finer)]
+def look(motion: HeldMotion, finer: int, in_part: bool = False) -> list[Looked]:
+    """Return what plain geometry finds of each part of a motion, of neighbours away from their joint if `in_part`."""
+    return [_look(part, in_part and part.leaves_limits) for part in parts(motion, finer)]
 
 
-def _look(part: Part) -> Looked:
+def _look(part: Part, in_part: bool) -> Looked:
     bodies = dict(part.bodies)
     pairs = [*part.pairs, *((LINKS[a], LINKS[b]) for a, b in PAIRS)]
     # Within the limits neighbours meet nowhere away from their joint.
-    for a, b in NEIGHBOURS if part.leaves_limits else ():
+    for a, b in NEIGHBOURS if in_part else ():
         far = far_segments(bodies[LINKS[a]].edges[:, 0], bodies[LINKS[b]].edges[:, 0])
         names = (f"{LINKS[a]} away from {LINKS[b]}", f"{LINKS[b]} away from {LINKS[a]}")
         bodies |= dict(zip(names, map(bone, far), strict=True))

@@ -130,7 +130,7 @@ class Body:
 
 def distance(one: Body, other: Body) -> Array:
     """Return the clearances (K,) of two bodies, m; bodies without radius that touch have none."""
-    if one.plane is not None:
+    if one.plane is not None or (one.solid is not None and other.solid is None and other.plane is None):
         one, other = other, one
     apart = other.from_edges(one.edges)
     if one.solid is not None and other.solid is not None:
