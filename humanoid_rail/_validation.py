@@ -231,6 +231,13 @@ EXAMPLES = {
     "xacro": "{ARGUMENT: VALUE}",
 }
 """What mappings of robot files look like."""
+MAPPED_IN_STEPS = {
+    "grasp": "hands and what they grasp, such as {left: part}",
+    "release": "hands and what they let go of, such as {left: part}",
+    "contacts": "objects and what they may touch, such as {part: [shelf]}",
+    "retreat": "how the hand leaves, such as {direction: [0, 0, 1], distance: 0.1}",
+}
+"""What mappings of the steps of scenes look like."""
 
 
 def _mapped(field: str, root: str) -> str:
@@ -238,10 +245,13 @@ def _mapped(field: str, root: str) -> str:
     name = re.split(r"[.\[]", field.removeprefix("robot."))[0]
     if root == "robot" and name in EXAMPLES:
         return f"{name}: {EXAMPLES[name]}"
+    of_steps = MAPPED_IN_STEPS.get(field.rpartition(".")[2])
+    if of_steps is not None and "targets" in field:
+        return of_steps
     return "the names of the hands and their targets" if "targets" in field else "keys and values"
 
 
-SHAPES = ("obstacles", "bodies")
+SHAPES = ("obstacles", "objects", "bodies")
 """Lists of shapes, each of which has a type."""
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from humanoid_rail._arrays import Array
-from humanoid_rail.errors import InvalidInput
+from humanoid_rail.errors import InvalidInput, did_you_mean
 
 UNIT = 1e-6
 """The length of a quaternion differs by less than this from 1."""
@@ -55,11 +55,14 @@ class Event:
 
     def __post_init__(self) -> None:
         if self.kind not in list(EventKind):
-            raise InvalidInput("event.kind", self.kind, f"one of {', '.join(EventKind)}")
+            near = did_you_mean(str(self.kind), list(EventKind))
+            raise InvalidInput("event.kind", self.kind, f"one of {', '.join(EventKind)}{near}")
         if not np.isfinite(self.t) or self.t < 0.0:
             raise InvalidInput("event.t", self.t, "a time from 0, s")
         if isinstance(self.hands, str) or len(set(self.hands)) < len(self.hands):
             raise InvalidInput("event.hands", self.hands, "the names of hands, each once")
+        if isinstance(self.contacts, str):
+            raise InvalidInput("event.contacts", self.contacts, "a list of names")
         if len(self.position) != 3 or not np.isfinite(self.position).all():
             raise InvalidInput("event.position", self.position, "three finite numbers, m")
         if len(self.quaternion) != 4 or not abs(np.linalg.norm(self.quaternion) - 1.0) < UNIT:

@@ -83,7 +83,7 @@ class Certificate:
 
 
 def combined(parts: Sequence[Certificate]) -> Certificate:
-    """Return the certificates of the parts of a motion, which follow each other, as one."""
+    """Return the certificates of the parts of a motion, or of parts of what is around it, as one."""
     if len(parts) == 1:
         return parts[0]
     contacts = [part.contact for part in parts if part.contact is not None]

@@ -9,6 +9,7 @@ from humanoid_rail._arrays import Array
 from humanoid_rail.errors import InvalidInput, did_you_mean
 from humanoid_rail.events import Event, EventKind
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.scene.objects import why_no_contact
 from humanoid_rail.scene.obstacles import name_of
 from humanoid_rail.scene.scene import Scene
 
@@ -62,3 +63,6 @@ def _check_names(field: str, robot: Robot, scene: Scene, event: Event) -> None:
             if one not in valid:
                 there = ", ".join(valid) or "none"
                 raise InvalidInput(f"{field}.{name}", one, f"one of {there}{did_you_mean(one, valid)}")
+    for name, obstacle in zip(obstacles, scene.obstacles, strict=True):
+        if name in event.contacts and (valid_instead := why_no_contact(obstacle)):
+            raise InvalidInput(f"{field}.contacts", name, valid_instead)

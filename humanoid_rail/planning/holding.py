@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import coal
-import numpy as np
 import pinocchio as pin
 
 from humanoid_rail._arrays import Array
@@ -14,7 +13,7 @@ from humanoid_rail.model.attached import ObjectBody, with_objects
 from humanoid_rail.model.hand_links import hand_bodies
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.objects import object_named, pieces_of, placement_of
-from humanoid_rail.scene.obstacles import Obstacle, name_of
+from humanoid_rail.scene.obstacles import Obstacle, is_moving, name_of
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.scene.shapes import PlacedShape, distance_between
 
@@ -87,6 +86,8 @@ def after_grasp(robot: Robot, holding: Holding, grasps: Mapping[str, tuple[str, 
 def supports(robot: Robot, scene: Scene, holding: Holding, name: str, q: Array, within: float) -> frozenset[str]:
     """Return the obstacles and other objects that an object is near, as a contact with them is called.
 
+    Obstacles that move are none of them: an object on one would not stand still.
+
     Args:
         robot: The robot.
         scene: The scene.
@@ -98,17 +99,12 @@ def supports(robot: Robot, scene: Scene, holding: Holding, name: str, q: Array, 
     pieces = _placed(scene, name, object_placement(robot, holding, name, q))
     found = set[str]()
     for number, obstacle in enumerate(scene.obstacles):
-        if _distance(pieces, _placed_obstacle(obstacle)) < within:
+        if not is_moving(obstacle) and _distance(pieces, _placed_obstacle(obstacle)) < within:
             found.add(name_of(scene.obstacles, number))
     for other in holding.standing:
         if other != name and _distance(pieces, _placed(scene, other, holding.standing[other])) < within:
             found.add(other)
     return frozenset(found)
-
-
-def gap(scene: Scene, name: str, place: pin.SE3, point: Array) -> float:
-    """Return how far a point (3,) is from an object at a place, m; negative within it."""
-    return _distance(_placed(scene, name, place), [PlacedShape(coal.Sphere(0.0), coal.Transform3s(np.eye(3), point))])
 
 
 def _placed(scene: Scene, name: str, place: pin.SE3) -> list[PlacedShape]:
@@ -145,15 +141,33 @@ def robot_among(robot: Robot, scene: Scene, holding: Holding, contacts: Contacts
     if not scene.objects:
         return robot, scene.obstacles
     touched = frozenset[str]().union(*contacts.values())
+    names = [name_of(scene.obstacles, i) for i in range(len(scene.obstacles))]
     bodies = [_body(robot, scene, holding, str(one.name), contacts) for one in scene.objects]
-    left = list[Obstacle]()
-    for number, obstacle in enumerate(scene.obstacles):
-        name = name_of(scene.obstacles, number)
-        if name in touched:
-            bodies.append(ObjectBody(name, *pieces_of(obstacle, pin.SE3.Identity())))
-        else:
-            left.append(obstacle)
-    return with_objects(robot, bodies), tuple(left) if len(left) < len(scene.obstacles) else scene.obstacles
+    bodies += [
+        ObjectBody(name, *pieces_of(obstacle, pin.SE3.Identity()))
+        for name, obstacle in zip(names, scene.obstacles, strict=True)
+        if name in touched
+    ]
+    return with_objects(robot, bodies), _left(scene.obstacles, [name not in touched for name in names])
+
+
+def _left(obstacles: tuple[Obstacle, ...], stays: Sequence[bool]) -> tuple[Obstacle, ...]:
+    """Return those obstacles that stay, called as before, although their numbers are others."""
+    if all(stays):
+        return obstacles
+    return tuple(one.to_be_called(name_of(obstacles, i)) for i, one in enumerate(obstacles) if stays[i])
+
+
+def among_moving(
+    robot: Robot, scene: Scene, holding: Holding, contacts: Contacts
+) -> tuple[Robot, tuple[Obstacle, ...]]:
+    """Return the robot with the objects as links, and the obstacles that move.
+
+    It is what :func:`robot_among` returns without obstacles as links: that one of these comes to touch one that moves
+    says nothing of the robot.
+    """
+    bodies = [_body(robot, scene, holding, str(one.name), contacts) for one in scene.objects]
+    return with_objects(robot, bodies), _left(scene.obstacles, [is_moving(one) for one in scene.obstacles])
 
 
 def _body(robot: Robot, scene: Scene, holding: Holding, name: str, contacts: Contacts) -> ObjectBody:

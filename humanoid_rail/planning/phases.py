@@ -21,6 +21,7 @@ from humanoid_rail.planning.holding import (
     after_grasp,
     after_release,
     allowed,
+    among_moving,
     at_the_start,
     robot_among,
 )
@@ -28,7 +29,7 @@ from humanoid_rail.problem import Problem
 from humanoid_rail.resampling import evaluate
 from humanoid_rail.result import Method, Motion, Timing
 from humanoid_rail.samples import Samples, samples_along
-from humanoid_rail.scene.obstacles import Obstacle
+from humanoid_rail.scene.obstacles import Obstacle, is_moving, name_of
 from humanoid_rail.scene.scene import Scene
 
 
@@ -46,6 +47,8 @@ class Phase:
     """What is an obstacle then."""
     holding: Holding
     """Where the objects are."""
+    contacts: Contacts
+    """What each of them may touch."""
 
 
 def phases_of(robot: Robot, scene: Scene, motion: Motion) -> tuple[Phase, ...]:
@@ -60,10 +63,10 @@ def phases_of(robot: Robot, scene: Scene, motion: Motion) -> tuple[Phase, ...]:
     found, begin = list[Phase](), float(motion.t[0])
     for t, together in groupby(motion.events, key=lambda event: event.t):
         if t > begin:
-            found.append(Phase(begin, t, *robot_among(robot, scene, holding, contacts), holding))
+            found.append(Phase(begin, t, *robot_among(robot, scene, holding, contacts), holding, contacts))
             begin = t
         holding, contacts = _after(robot, holding, contacts, list(together), evaluate(motion, np.array([t]))[0][0])
-    found.append(Phase(begin, float(motion.t[-1]), *robot_among(robot, scene, holding, contacts), holding))
+    found.append(Phase(begin, float(motion.t[-1]), *robot_among(robot, scene, holding, contacts), holding, contacts))
     return tuple(found)
 
 
@@ -89,9 +92,19 @@ def certify_motion(robot: Robot, scene: Scene, motion: Motion, max_checks: int |
     phases, parts = phases_of(robot, scene, motion), list[Certificate]()
     for phase in phases:
         t, q, velocity = part_of(motion, phase.begin, phase.end)
-        parts.append(certify(phase.robot, phase.obstacles, t, q, velocity, max_checks=max_checks))
+        looks = _looks(robot, scene, phase)
+        parts.append(combined([certify(*among, t, q, velocity, max_checks=max_checks) for among in looks]))
     whole = combined(parts)
     return whole if len(phases) == 1 else replace(whole, unchecked_pairs=_unchecked(phases, parts))
+
+
+def _looks(robot: Robot, scene: Scene, phase: Phase) -> list[tuple[Robot, tuple[Obstacle, ...]]]:
+    """Return robots and what each is among in a phase: obstacles that are links are not among those that move."""
+    moving = [is_moving(one) for one in phase.obstacles]
+    if len(phase.obstacles) == len(scene.obstacles) or not any(moving):
+        return [(phase.robot, phase.obstacles)]
+    still = tuple(one for one, moves in zip(phase.obstacles, moving, strict=True) if not moves)
+    return [(phase.robot, still), among_moving(robot, scene, phase.holding, phase.contacts)]
 
 
 def _unchecked(phases: Sequence[Phase], parts: Sequence[Certificate]) -> tuple[UncheckedPair, ...]:
@@ -157,8 +170,9 @@ def samples_of(robot: Robot, scene: Scene, motion: Motion, method: Method, engin
             bare = samples_along(robot, scene.obstacles, t, q, method, engine).course
             held = samples_along(phase.robot, phase.obstacles, t, q, method, engine).course
             clearance = bare.clearance.copy()
-            left = {id(one) for one in phase.obstacles}
-            clearance[:, [id(one) in left for one in scene.obstacles]] = held.clearance
+            left = {name_of(phase.obstacles, i) for i in range(len(phase.obstacles))}
+            is_left = [name_of(scene.obstacles, i) in left for i in range(len(scene.obstacles))]
+            clearance[:, is_left] = held.clearance
             parts.append(bare._replace(clearance=clearance))
         return Course(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
 

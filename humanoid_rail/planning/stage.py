@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -19,20 +19,18 @@ from humanoid_rail.planning.holding import (
     after_release,
     allowed,
     at_the_start,
-    gap,
     hand_placement,
     object_placement,
     robot_among,
     supports,
 )
 from humanoid_rail.planning.moves import Happening, Move
-from humanoid_rail.scene.obstacles import Obstacle
+from humanoid_rail.scene.objects import GRASP_REACH, distance_from_point, object_named, why_no_contact
+from humanoid_rail.scene.obstacles import Obstacle, name_of
 from humanoid_rail.scene.scene import Scene, field_of_step
 
 SUPPORT = 0.02
 """An object stands on what is nearer to it than this when it is grasped, m."""
-GRASP_REACH = 0.05
-"""The point of a hand is no farther than this from what it grasps, m."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +81,7 @@ def _after(stage: Stage, robot: Robot, scene: Scene, move: Move, happening: Happ
     elif happening.kind is EventKind.GRASP:
         _check_at_hands(stage, robot, scene, move, happening, q)
         below = supports(robot, scene, holding, name, q, SUPPORT)
+        _check_supports(scene, happening, below)
         _check_retreat(scene, move, happening, sorted(below - set(contacts)))
         contacts += sorted(below - set(contacts))
         holding = after_grasp(robot, holding, {name: hands}, q)
@@ -101,10 +100,17 @@ def _w_first(coefficients: Array) -> tuple[float, float, float, float]:
 def _check_at_hands(stage: Stage, robot: Robot, scene: Scene, move: Move, happening: Happening, q: Array) -> None:
     for hand in happening.hands:
         point: Array = np.array(hand_placement(robot, hand, q).translation)
-        far = gap(scene, happening.object, stage.holding.standing[happening.object], point)
+        shape = object_named(scene.objects, happening.object)
+        far = distance_from_point(shape, stage.holding.standing[happening.object], point)
         if far > GRASP_REACH:
             valid = f"an object at the hand, within {GRASP_REACH:g} m of its point; it is {far:.3g} m away then"
             raise InvalidInput(f"{field_of_step(scene, move.step)}.grasp.{hand}", happening.object, valid)
+
+
+def _check_supports(scene: Scene, happening: Happening, below: Collection[str]) -> None:
+    for number, obstacle in enumerate(scene.obstacles):
+        if name_of(scene.obstacles, number) in below and (valid := why_no_contact(obstacle)):
+            raise InvalidInput(f"obstacles[{number}]", obstacle.type, f"{valid}, and {happening.object} stands on it")
 
 
 def _check_retreat(scene: Scene, move: Move, happening: Happening, below: Sequence[str]) -> None:

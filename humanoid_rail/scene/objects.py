@@ -8,12 +8,15 @@ import coal
 import numpy as np
 import pinocchio as pin
 
+from humanoid_rail._arrays import Array
 from humanoid_rail.errors import InvalidInput, did_you_mean
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import HalfSpace, Obstacle, is_moving
-from humanoid_rail.scene.shapes import placed_shapes
-from humanoid_rail.scene.targets import Line, Pose, Step, Straight, pointing_direction
+from humanoid_rail.scene.shapes import PlacedShape, distance_between, placed_shapes
+from humanoid_rail.scene.targets import Line, Pose, Step, Straight, Target, pointing_direction, position
 
+GRASP_REACH = 0.05
+"""The point of a hand is no farther than this from what it grasps, m."""
 Pieces = tuple[tuple[coal.CollisionGeometry, ...], tuple[pin.SE3, ...]]
 """The convex pieces of an object, and where each is in its frame."""
 
@@ -32,6 +35,17 @@ def pieces_of(shape: Obstacle, frame: pin.SE3) -> Pieces:
     return (
         tuple(piece.shape for piece in placed),
         tuple(inverse * pin.SE3(piece.placement.getRotation(), piece.placement.getTranslation()) for piece in placed),
+    )
+
+
+def distance_from_point(shape: Obstacle, frame: pin.SE3, point: Array) -> float:
+    """Return how far a point (3,) is from an object whose frame is at a place, m; negative within it."""
+    tip = PlacedShape(coal.Sphere(0.0), coal.Transform3s(np.eye(3), point))
+    shapes, placements = pieces_of(shape, placement_of(shape))
+    places = [frame * there for there in placements]
+    return min(
+        distance_between(PlacedShape(one, coal.Transform3s(at.rotation, at.translation)), tip)
+        for one, at in zip(shapes, places, strict=True)
     )
 
 
@@ -54,6 +68,18 @@ def check_objects(objects: Sequence[Obstacle]) -> None:
         if is_moving(one):
             raise ValueError(f"objects that stand still until they are grasped; {one.name} has a velocity")
         known.add(one.name)
+
+
+def why_no_contact(obstacle: Obstacle) -> str | None:
+    """Return what would be right where an object may not touch an obstacle; None if it may.
+
+    What an object may touch counts as a link that stays where it is and ends somewhere.
+    """
+    if isinstance(obstacle, HalfSpace):
+        return "an obstacle that ends somewhere, such as a box as large as the floor; this one is a half-space"
+    if is_moving(obstacle):
+        return "an obstacle that stands still; this one has a velocity"
+    return None
 
 
 def object_named(objects: Sequence[Obstacle], name: str) -> Obstacle:
@@ -81,15 +107,20 @@ def check_holding(
         if one.name in frames or one.name in robot.hand_names:
             valid = f"a name that nothing of the robot has; it is that of {_what(robot, str(one.name))}"
             raise InvalidInput(f"objects[{number}].name", one.name, valid)
+        if one.name in {obstacle.name for obstacle in obstacles}:
+            valid = "a name that no obstacle has, as contacts say by it what may be touched"
+            raise InvalidInput(f"objects[{number}].name", one.name, valid)
     names = [str(one.name) for one in objects]
-    others = [*names, *(str(one.name) for one in obstacles if one.name is not None)]
     held: dict[str, tuple[str, ...]] = {}
+    standing = {str(one.name): one for one in objects}
     for number, step in enumerate(steps):
         where = f"targets[{number}]" if len(steps) > 1 else "targets"
-        _check_contacts(where, step, names, others)
+        _check_contacts(where, step, names, obstacles)
         _check_targets(where, robot, step, names, held)
         held = _after_release(where, robot, step, names, held)
         held = _after_grasp(where, robot, step, names, held)
+        _check_reach(where, step, standing)
+        standing = {name: one for name, one in standing.items() if name not in held}
 
 
 def held_targets(steps: Sequence[Step], number: int) -> dict[str, tuple[str, ...]]:
@@ -122,11 +153,28 @@ def _check_targets(
                 raise InvalidInput(f"{where}.{hand}", step[hand], valid)
 
 
+def check_straight(robot: Robot, where: str, target: Target) -> None:
+    """Check that the straight ways of a hand to a target and from it are not longer than it can go.
+
+    Raises:
+        InvalidInput: If one is.
+    """
+    if not isinstance(target, Pose):
+        return
+    for name, way in (("approach", target.approach), ("retreat", target.retreat)):
+        if isinstance(way, Straight) and way.distance > 2.0 * robot.farthest_hand:
+            valid = (
+                f"at most {2.0 * robot.farthest_hand:.4g} m: no hand gets half as far from the base; in millimetres?"
+            )
+            raise InvalidInput(f"{where}.{name}.distance", way.distance, valid)
+
+
 def _what(robot: Robot, name: str) -> str:
     return "a hand" if name in robot.hand_names else "a link or frame"
 
 
-def _check_contacts(where: str, step: Step, names: Sequence[str], others: Sequence[str]) -> None:
+def _check_contacts(where: str, step: Step, names: Sequence[str], obstacles: Sequence[Obstacle]) -> None:
+    others = [*names, *(str(one.name) for one in obstacles if one.name is not None)]
     for name, touched in step.contacts.items():
         _check_known(f"{where}.contacts.{name}", name, names)
         for other in touched:
@@ -135,6 +183,9 @@ def _check_contacts(where: str, step: Step, names: Sequence[str], others: Sequen
                 raise InvalidInput(
                     f"{where}.contacts.{name}", other, f"{valid}; there are: {', '.join(others) or 'none'}"
                 )
+            for obstacle in obstacles:
+                if obstacle.name == other and (valid_instead := why_no_contact(obstacle)):
+                    raise InvalidInput(f"{where}.contacts.{name}", other, valid_instead)
     if step.contacts and not any(_is_straight(target) for target in step.values()):
         valid = "given for a step with a straight approach or retreat: contacts are allowed on these alone"
         raise InvalidInput(f"{where}.contacts", dict(step.contacts), valid)
@@ -170,6 +221,8 @@ def _after_grasp(
     where: str, robot: Robot, step: Step, names: Sequence[str], held: dict[str, tuple[str, ...]]
 ) -> dict[str, tuple[str, ...]]:
     """Return what is held, by hands, after a step has grasped what it says."""
+    if not step.stop and (step.grasp or step.release):
+        raise InvalidInput(f"{where}.stop", False, "true where hands grasp or release something: they rest meanwhile")
     found = dict(held)
     for hand, name in step.grasp.items():
         field = f"{where}.grasp.{hand}"
@@ -184,6 +237,18 @@ def _after_grasp(
             raise InvalidInput(field, name, f"an object that no hand holds; {', '.join(held[name])} has it then")
         found[name] = (*found.get(name, ()), hand)
     return found
+
+
+def _check_reach(where: str, step: Step, standing: Mapping[str, Obstacle]) -> None:
+    """Check that hands are where they grasp: at what stands where the scene has put it."""
+    for hand, name in step.grasp.items():
+        target = step[hand]
+        if name not in standing or target is None:
+            continue
+        far = distance_from_point(standing[name], placement_of(standing[name]), np.array(position(target)))
+        if far > GRASP_REACH:
+            valid = f"an object at the target of the hand, within {GRASP_REACH:g} m; it is {far:.3g} m away"
+            raise InvalidInput(f"{where}.grasp.{hand}", name, valid)
 
 
 def _check_hand(field: str, robot: Robot, hand: str) -> None:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from copy import copy
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
-from pydantic import AfterValidator, ConfigDict, Field, ValidationInfo
+from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr, ValidationInfo
 
 from humanoid_rail._validation import Frozen, Vector
 from humanoid_rail.scene.colors import Color
@@ -30,6 +32,24 @@ class ObstacleBase(Frozen):
     """What messages and pictures call it; several may have the same name."""
     color: Color | None = None
     """Its colour in pictures: a name as in CSS, such as `steelblue`, or `#rrggbb`."""
+    _called: str | None = PrivateAttr(default=None)
+
+    @property
+    def called(self) -> str | None:
+        """What messages call it where it is one of a part of a scene's obstacles: as in the whole scene."""
+        return self._called
+
+    def to_be_called(self, name: str) -> Self:
+        """Return the same obstacle, which messages call so wherever it is."""
+        copied = copy(self)
+        copied._called = name
+        return copied
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """Return a copy with some fields changed, validated like any other, which messages call the same."""
+        copied = super().model_copy(update=update, deep=deep)
+        copied._called = self._called
+        return copied
 
 
 def _existing(file: str, info: ValidationInfo) -> str:

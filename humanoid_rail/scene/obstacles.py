@@ -156,6 +156,8 @@ def moved(obstacle: Obstacle, t: float) -> Obstacle:
 def name_of(obstacles: Sequence[Obstacle], i: int) -> str:
     """Return what messages call an obstacle of a scene: no two of a scene are called the same."""
     obstacle = obstacles[i]
+    if obstacle.called is not None:
+        return obstacle.called
     return f"obstacles[{i}] ({obstacle.type if obstacle.name is None else obstacle.name})"
 
 

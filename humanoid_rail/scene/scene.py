@@ -22,7 +22,7 @@ from humanoid_rail.model.robot import Robot
 from humanoid_rail.model.robot_file import Start
 from humanoid_rail.scene.groups import SceneObstacles
 from humanoid_rail.scene.keep import check_keep
-from humanoid_rail.scene.objects import check_holding, check_objects, held_targets
+from humanoid_rail.scene.objects import check_holding, check_objects, check_straight, held_targets
 from humanoid_rail.scene.obstacles import Obstacle
 from humanoid_rail.scene.robot_of_scene import SceneRobot, load_named_robot
 from humanoid_rail.scene.targets import Step, Targets, position
@@ -182,6 +182,7 @@ def check_scene(robot: Robot, scene: Scene) -> None:
             point = (0.0, 0.0, 0.0) if target is None else position(target)
             if len(point) != 3 or not all(math.isfinite(x) for x in point):
                 raise InvalidInput(f"{where}.{hand}", target, "three finite numbers")
+            check_straight(robot, f"{where}.{hand}", target)
         holding = {hand for hands in held_targets(scene.steps, number).values() for hand in hands}
         for hand in robot.hand_names:
             if hand not in step and hand not in holding:

@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Self
 import numpy as np
 import pinocchio as pin
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
+from pydantic_core import PydanticCustomError
 
 from humanoid_rail._arrays import Array
 from humanoid_rail._validation import Angles, Frozen, Positive, Vector, plain
+from humanoid_rail.errors import did_you_mean
 from humanoid_rail.scene.keep import Keep, plain_keep
 from humanoid_rail.scene.obstacles import not_zero
 
@@ -65,9 +67,13 @@ class Pose(Frozen):
 def _kind_of_target(value: object) -> str:
     if value is None:
         return "<free>"
-    if isinstance(value, Line) or (isinstance(value, Mapping) and "end" in value):
+    if isinstance(value, Line) or (isinstance(value, Mapping) and _is_line(value)):
         return "<line>"
     return "<pose>" if isinstance(value, Mapping | Pose) else "<point>"
+
+
+def _is_line(keys: Mapping[str, object]) -> bool:
+    return "end" in keys or ("start" in keys and "position" not in keys)
 
 
 def _kind_of_targets(value: object) -> str:
@@ -125,7 +131,16 @@ class Step(Frozen):
     @model_validator(mode="before")
     @classmethod
     def _know_every_key(cls, data: object) -> object:
-        """Take any key: those that are no fields are names of hands, which the robot knows."""
+        """Take any key that is no misspelt field: the others are names of hands, which the robot knows."""
+        if not isinstance(data, Mapping):
+            return data
+        left = [name for name in cls.model_fields if name not in data]
+        for i, (key, value) in enumerate(data.items()):
+            near = did_you_mean(str(key), left)
+            is_target = isinstance(value, Mapping) and value.keys() & {*Pose.model_fields, *Line.model_fields}
+            if near and key not in cls.model_fields and isinstance(value, Mapping) and not is_target:
+                valid = f"the name of a hand with its target, or one of {', '.join(cls.model_fields)}{near}"
+                raise PydanticCustomError("unknown_key", "{valid}", {"valid": valid, "number": i})
         return data
 
     def __eq__(self, other: object) -> bool:
