@@ -18,7 +18,7 @@ from humanoid_rail.kinematics.kinematics import Kinematics
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.task import Task
 from humanoid_rail.kinematics.task_stack import check_tasks
-from humanoid_rail.model.position_limits import within_position_limits
+from humanoid_rail.model.position_limits import ROUNDING, within_position_limits
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import Obstacle
 from humanoid_rail.scene.scene import Scene
@@ -45,8 +45,8 @@ class Problem(FrozenArrays):
     tasks: Sequence[Task]
     """What is to be reached, all at once. Kept as a tuple."""
     start: ArrayLike
-    """Configuration (n,) where the motion starts, m and rad. Kept as a read-only array; what is beyond a position limit
-    by rounding, 1e-9 of the joint's range, is put onto it."""
+    """Configuration (n,) where the motion starts, m and rad. Kept as a read-only array; what is slightly beyond a
+    position limit is put onto it, and a warning says so where it is more than rounding."""
 
     constraints: Sequence[Task] = ()
     """What holds at all times along the motion, from the start on: tasks of this package. Kept as a tuple."""
@@ -59,7 +59,7 @@ class Problem(FrozenArrays):
         robot = self.robot
         valid = f"{robot.n} finite numbers, for {', '.join(robot.joint_names)}"
         start = checked_array("start", self.start, (robot.n,), valid)
-        object.__setattr__(self, "start", frozen(within_position_limits(robot, start, "start")))
+        object.__setattr__(self, "start", frozen(within_position_limits(robot, start, "start", said_from=ROUNDING)))
         self._check_constraints()
 
     def _check_constraints(self) -> None:

@@ -75,7 +75,8 @@ def plan(robot: Robot, scene: Scene, method: PlanningMethod | str = "auto") -> T
     check_size(robot, chosen)
     warn_of_units(robot, scene)
     warn_of_depth(robot, scene)
-    moves, start = moves_of(scene), within_position_limits(robot, start_of_scene(robot, scene), "initial")
+    moves = moves_of(scene)
+    start = within_position_limits(robot, start_of_scene(robot, scene), "initial", said_from=0.0)
     stage = after_happenings(first_stage(scene), robot, scene, moves[0], moves[0].begins, 0.0, start)
     first = move_problem(robot, scene, moves[0], stage, start)
     # The motion is judged with all hands, also those that have no target.

@@ -13,6 +13,7 @@ from humanoid_rail._arrays import Array
 from humanoid_rail.events import Event
 from humanoid_rail.kinematics.joint_limits import JointMotion
 from humanoid_rail.kinematics.path_metric import PathQuality, path_quality
+from humanoid_rail.kinematics.task import ConfigurationTask
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.keeping import constraints_of
 from humanoid_rail.planning.kept import Kept
@@ -125,20 +126,24 @@ def move_problem(robot: Robot, scene: Scene, move: Move, stage: Stage, start: Ar
     aimed = whole.with_hands([name for name in robot.hand_names if move.targets.get(name) is not None])
     tasks = (*tasks_of(aimed, move.targets), *object_tasks(whole, move.targets, stage.holding))
     needed = {hand for task in (*tasks, *constraints) for hand in hands_in(task)}
-    hands = whole.with_hands([*aimed.hand_names, *needed, *kept_hands(keep)])
+    # Where joints alone have to be somewhere, the motion is planned with all hands.
+    hands = whole.with_hands([*aimed.hand_names, *needed, *kept_hands(keep)] or robot.hand_names)
     return Problem(hands, there, tasks, start, constraints)
 
 
 def _for_its_hands(method: PlanningMethod, robot: Robot, problem: Problem) -> PlanningMethod:
     """Return the method with the gains of the hands alone that have targets, if it has one for each coordinate."""
     gain = np.ravel(np.asarray(method.gains.gain, float))
-    if gain.size == 1 or problem.robot is robot:
+    has_joints = any(isinstance(task, ConfigurationTask) for task in problem.tasks)
+    if gain.size == 1 or (problem.robot is robot and not has_joints):
         return method
     names = [
         name for name in problem.robot.hand_names if any(getattr(task, "hand", "") == name for task in problem.tasks)
     ]
     rows = [3 * robot.hand_names.index(name) + axis for name in names for axis in range(3)]
-    return replace(method, gain=tuple(gain[rows]))  # type: ignore[type-var]
+    # Joints that have to be somewhere get there as fast as the fastest coordinate.
+    others = sum(task.rows for task in problem.tasks if isinstance(task, ConfigurationTask))
+    return replace(method, gain=(*gain[rows], *[gain.max()] * others))  # type: ignore[type-var]
 
 
 def arrival(times: Sequence[float]) -> str:

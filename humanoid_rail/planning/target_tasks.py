@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-import pinocchio as pin
 
 from humanoid_rail._arrays import triple
 from humanoid_rail.errors import InvalidInput
-from humanoid_rail.kinematics.task import PointTask, Task, orientation_lever
+from humanoid_rail.kinematics.task import ConfigurationTask, PointTask, Task, orientation_lever
 from humanoid_rail.model.robot import Hand, Robot
-from humanoid_rail.scene.targets import ANY_AXIS, Pose, Step, direction, pointing_direction, position
+from humanoid_rail.scene.joint_targets import joint_targets
+from humanoid_rail.scene.targets import ANY_AXIS, Pose, Step, direction, orientation, pointing_direction, position
 
 
 def tasks_of(robot: Robot, step: Step) -> tuple[Task, ...]:
-    """Return the tasks of a step of a scene that was checked: first the points of all hands, then how they are turned.
+    """Return the tasks of a step of a scene that was checked: the points of all hands, joints, how hands are turned.
 
     The orientation of a hand is where its points are: one behind its own gives the direction it points in, and two on
     different axes give its orientation. So what moves points also turns hands, and all errors are in m.
@@ -29,7 +29,9 @@ def tasks_of(robot: Robot, step: Step) -> tuple[Task, ...]:
         if isinstance(target := step.get(hand.name), Pose)
         for offset, at in _further_points(hand, target, orientation_lever(robot, hand.name))
     ]
-    return (*points, *turned)
+    at = joint_targets(robot, step)
+    joints = [ConfigurationTask(tuple(at), tuple(at.values()))] if at else []
+    return (*points, *joints, *turned)
 
 
 def _further_points(
@@ -47,7 +49,7 @@ def _further_points(
     pointing, towards = np.array(along) / np.linalg.norm(along), direction(pose, along)
     if towards is not None:
         yield triple(-lever * pointing), triple(place - lever * towards)
-    if pose.rpy is not None:
+    if (turned := orientation(pose)) is not None:
         across = np.cross(pointing, np.eye(3)[abs(pointing).argmin()])
         across /= np.linalg.norm(across)
-        yield triple(-lever * across), triple(place - lever * pin.rpy.rpyToMatrix(*pose.rpy) @ across)
+        yield triple(-lever * across), triple(place - lever * turned @ across)

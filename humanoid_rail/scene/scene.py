@@ -7,10 +7,10 @@ import os
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
 import numpy as np
-from pydantic import BeforeValidator, Field, ValidationError, field_validator
+from pydantic import BeforeValidator, Field, ValidationError, field_validator, model_validator
 
 from humanoid_rail._arrays import Array, frozen
 from humanoid_rail._resources import resource
@@ -20,7 +20,9 @@ from humanoid_rail.errors import MISSING, InvalidInput, did_you_mean
 from humanoid_rail.model.position_limits import within_position_limits
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.model.robot_file import Start
+from humanoid_rail.scene.frames import in_base
 from humanoid_rail.scene.groups import SceneObstacles
+from humanoid_rail.scene.joint_targets import check_joint_targets
 from humanoid_rail.scene.keep import check_keep
 from humanoid_rail.scene.objects import check_holding, check_objects, held_targets
 from humanoid_rail.scene.obstacles import Obstacle
@@ -48,7 +50,8 @@ class Scene(Frozen):
     by joint, where the others stand at the robot's own start, as all do if it is not given."""
     targets: Targets
     """What each hand has to reach, by the hand's name: a point [x, y, z], a :class:`Pose`, or None for a hand that may
-    stay wherever is convenient. Or a list of these, to be reached one after the other."""
+    stay wherever is convenient; and where joints have to be, as `joints` by their names, or as the name of a `posture`.
+    Or a list of these, to be reached one after the other."""
     obstacles: SceneObstacles = ()
     """What the links have to keep clear of. Groups and shelves are what they are made of once the scene is made."""
     objects: Annotated[tuple[Obstacle, ...], BeforeValidator(plain)] = ()
@@ -67,8 +70,16 @@ class Scene(Frozen):
 
     @property
     def steps(self) -> tuple[Step, ...]:
-        """The targets, as those of one step after the other."""
-        return self.targets if isinstance(self.targets, tuple) else (self.targets,)
+        """The targets, as those of one step after the other, all in the base frame."""
+        given = self.targets if isinstance(self.targets, tuple) else (self.targets,)
+        shapes = (*self.obstacles, *self.objects)
+        return tuple(in_base(step, shapes, field_of_step(self, number)) for number, step in enumerate(given))
+
+    @model_validator(mode="after")
+    def _knows_frames(self) -> Self:
+        """Check that the targets are in frames of the scene."""
+        assert self.steps
+        return self
 
 
 def load_scene(path: str | Path) -> Scene:
@@ -184,12 +195,13 @@ def check_scene(robot: Robot, scene: Scene) -> None:
                 raise InvalidInput(f"{where}.{hand}", target, "three finite numbers")
         holding = {hand for hands in held_targets(scene.steps, number).values() for hand in hands}
         for hand in robot.hand_names:
-            if hand not in step and hand not in holding:
+            if hand not in step and hand not in holding and not step.has_joints:
                 valid = f"a target [x, y, z] for each of {_list(robot.hand_names)}, null for a hand that has none"
                 raise InvalidInput(f"{where}.{hand}", MISSING, valid)
         check_keep(robot.hand_names, step.keep, where)
-        if all(target is None for target in step.values()):
-            raise InvalidInput(where, step, "a target for one hand at least")
+        check_joint_targets(robot, step, where)
+        if all(target is None for target in step.values()) and not step.has_joints:
+            raise InvalidInput(where, step, "a target for one hand at least, or for joints")
     check_holding(robot, scene.objects, scene.obstacles, scene.steps)
     within_position_limits(robot, start_of_scene(robot, scene), "initial")
 
@@ -207,7 +219,7 @@ def target_points(robot: Robot, scene: Scene) -> Array:
     """
     (step, *others) = scene.steps
     points = [step.get(name) for name in robot.hand_names]
-    if others or not all(isinstance(point, tuple) for point in points):
+    if others or step.has_joints or not all(isinstance(point, tuple) for point in points):
         raise InvalidInput("targets", scene.targets, "one point [x, y, z] for each hand, for this method")
     return np.array(points, float)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import ItemsView, Iterator, KeysView, Mapping, Sequence, ValuesView
 from typing import TYPE_CHECKING, Annotated, Self
 
@@ -10,7 +11,7 @@ import pinocchio as pin
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
 
 from humanoid_rail._arrays import Array
-from humanoid_rail._validation import Angles, Frozen, Positive, Vector, plain
+from humanoid_rail._validation import Angles, Frozen, Number, Positive, Vector, plain
 from humanoid_rail.scene.keep import Keep, plain_keep
 from humanoid_rail.scene.obstacles import not_zero
 
@@ -18,6 +19,27 @@ ANY_AXIS = (1.0, 0.0, 0.0)
 """This axis of its frame shows how a hand is turned that points nowhere."""
 SAME = 1e-6
 """Targets that differ by no more than this along each axis are at the same place, m."""
+
+
+UNIT = 1e-3
+"""A quaternion is of length 1 to within this; it is made so exactly."""
+
+
+def _four(value: object) -> object:
+    value = plain(value)
+    if not isinstance(value, tuple) or len(value) != 4:
+        raise ValueError("four numbers [w, x, y, z], the real part first")
+    return value
+
+
+def _of_length_1(value: Quaternion) -> Quaternion:
+    if not abs((length := math.hypot(*value)) - 1.0) <= UNIT:
+        raise ValueError(f"a quaternion [w, x, y, z] of length 1; its length is {length:.6g}")
+    w, x, y, z = value
+    return w / length, x / length, y / length, z / length
+
+
+Quaternion = tuple[Number, Number, Number, Number]
 
 
 class Straight(Frozen):
@@ -40,6 +62,9 @@ class Pose(Frozen):
 
     position: Vector
     """Where the hand has to be, m."""
+    frame: str | None = None
+    """The name of an obstacle, an object or a bay of a shelf, such as `shelf/bay 2`: then all of the pose is in its
+    frame, where that is at the beginning. The base frame if not given."""
     approach: (
         Annotated[
             Annotated[Annotated[Vector, AfterValidator(not_zero)], Tag("<direction>")]
@@ -54,11 +79,14 @@ class Pose(Frozen):
     """The straight way that the hand takes from there, once it has grasped or released what the step says."""
     rpy: Angles | None = None
     """Orientation of the hand's frame as in URDF: roll, pitch and yaw about the fixed axes x, y, z, rad."""
+    quaternion: Annotated[Quaternion, BeforeValidator(_four), AfterValidator(_of_length_1)] | None = None
+    """The same as a quaternion [w, x, y, z], the real part first, of length 1."""
 
     @model_validator(mode="after")
     def _at_most_one(self) -> Self:
-        if pointing_direction(self) is not None and self.rpy is not None:
-            raise ValueError("approach or rpy, not both")
+        given = {"approach": pointing_direction(self), "rpy": self.rpy, "quaternion": self.quaternion}
+        if len(names := [name for name, value in given.items() if value is not None]) > 1:
+            raise ValueError(f"one of approach, rpy and quaternion, not {' and '.join(names)}")
         return self
 
 
@@ -102,6 +130,11 @@ class Step(Frozen):
     model_config = ConfigDict(extra="allow")
     __pydantic_extra__: dict[str, Target]
 
+    joints: Mapping[str, Number] = {}
+    """Where joints have to be, by their names, m and rad. It counts before the posture."""
+    posture: str | None = None
+    """The name of a posture of the robot. Its joints have to be there, but for those that move a hand which has a
+    target."""
     stop: bool = True
     """Whether the motion rests at these targets. If not, it passes them and goes on to the next ones; those of the last
     step it always rests at."""
@@ -140,13 +173,19 @@ class Step(Frozen):
         return iter(self.hands)
 
     def __getitem__(self, hand: str) -> Target:
-        return self.hands[hand]
+        """Return the target of a hand; None for one that is not named where joints have to be somewhere."""
+        return self.hands.get(hand) if self.has_joints else self.hands[hand]
 
     def __contains__(self, hand: object) -> bool:
         return hand in self.hands
 
     def __len__(self) -> int:
         return len(self.hands)
+
+    @property
+    def has_joints(self) -> bool:
+        """Whether joints have to be somewhere."""
+        return bool(self.joints) or self.posture is not None
 
     def get(self, hand: str) -> Target:
         """Return the target of a hand; None also for a hand that has none."""
@@ -197,6 +236,15 @@ def pointing_direction(pose: Pose) -> Vector | None:
     return pose.approach
 
 
+def orientation(pose: Pose) -> Array | None:
+    """Return the rotation (3, 3) that the hand's frame has to have; None if none is given."""
+    if pose.quaternion is not None:
+        w, x, y, z = pose.quaternion
+        turned: Array = pin.Quaternion(w, x, y, z).toRotationMatrix()
+        return turned
+    return None if pose.rpy is None else pin.rpy.rpyToMatrix(*pose.rpy)
+
+
 def direction(target: Target, pointing: tuple[float, float, float] | None) -> Array | None:
     """Return the unit vector (3,) in which a target has a hand point; None if it may point anywhere.
 
@@ -207,14 +255,15 @@ def direction(target: Target, pointing: tuple[float, float, float] | None) -> Ar
     if not isinstance(target, Pose) or not is_oriented(target):
         return None
     axis = np.array(pointing or ANY_AXIS)
-    along = np.array(pointing_direction(target) if target.rpy is None else pin.rpy.rpyToMatrix(*target.rpy) @ axis)
+    turned = orientation(target)
+    along = np.array(pointing_direction(target)) if turned is None else turned @ axis
     unit: Array = along / np.linalg.norm(along)
     return unit
 
 
 def is_oriented(target: Target) -> bool:
     """Return whether a target asks for more than a point."""
-    return isinstance(target, Pose) and (pointing_direction(target) is not None or target.rpy is not None)
+    return isinstance(target, Pose) and (pointing_direction(target) is not None or orientation(target) is not None)
 
 
 def numbers_there(steps: Sequence[Step], step: int, hand: str) -> str:
