@@ -69,6 +69,7 @@ from humanoid_rail.following.arguments import (
 from humanoid_rail.following.state import CycleTimes, FollowerState, named_pair, state_of
 from humanoid_rail.kinematics.native_tasks import NATIVE_TASKS, native_tasks
 from humanoid_rail.kinematics.task import Task
+from humanoid_rail.kinematics.within_task import nominal
 from humanoid_rail.model.native_robot import native_robot
 from humanoid_rail.model.position_limits import within_position_limits
 from humanoid_rail.model.robot import Robot
@@ -159,7 +160,7 @@ class Follower:
 
     def _made(self, start: Array, *, tolerance: float, latency: float) -> _engine.Follower:
         """Return the engine's own follower."""
-        tasks, gains = self._goal(tasks_of(self.robot, self.scene.steps[0]))
+        tasks, gains = self._goal(nominal(tasks_of(self.robot, self.scene.steps[0])))
         native: _engine.Follower = engine().Follower(
             native_robot(self.robot),
             native_obstacles(self.scene.obstacles),
@@ -186,7 +187,7 @@ class Follower:
         """
         scene = Scene(name=self.scene.name, targets=targets if isinstance(targets, Step) else dict(targets))
         check_scene(self.robot, scene)
-        self.set_tasks(tasks_of(self.robot, scene.steps[0]))
+        self.set_tasks(nominal(tasks_of(self.robot, scene.steps[0])))
 
     def set_tasks(self, tasks: Sequence[Task]) -> None:
         """Set what has to be reached from the next cycle on.

@@ -8,10 +8,11 @@ import numpy as np
 import pinocchio as pin
 
 from humanoid_rail._arrays import Array
+from humanoid_rail.errors import InvalidInput
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import HalfSpace, Obstacle, Sphere
-from humanoid_rail.scene.scene import Scene, check_scene, start_of_scene
-from humanoid_rail.scene.targets import Pose, Straight, Target, direction, orientation, pointing_direction
+from humanoid_rail.scene.scene import Scene, check_scene, field_of_step, start_of_scene
+from humanoid_rail.scene.targets import AnyOf, Pose, Straight, Target, direction, orientation, pointing_direction
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +32,11 @@ class World:
             InvalidInput: If the scene is not one for this robot.
         """
         check_scene(robot, scene)
+        for number, step in enumerate(scene.steps):
+            for hand, target in step.items():
+                if isinstance(target, AnyOf):
+                    valid = "one target for each hand: live has no alternatives"
+                    raise InvalidInput(f"{field_of_step(scene, number)}.{hand}", target, valid)
         still = tuple(o.model_copy(update={"velocity": (0.0, 0.0, 0.0)}) for o in scene.obstacles)
         start = np.clip(start_of_scene(robot, scene), robot.lower, robot.upper)
         return World(robot, scene.model_copy(update={"obstacles": still, "initial": None}), start)

@@ -19,6 +19,7 @@ from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.path_metric import path_quality
 from humanoid_rail.kinematics.state import KinematicsModel
 from humanoid_rail.kinematics.task_stack import count_rows
+from humanoid_rail.kinematics.within_task import nominal
 from humanoid_rail.planning.kept import KeptLimits
 from humanoid_rail.planning.options import (
     ENGINES,
@@ -86,9 +87,10 @@ class GradientProjection(Options):
 
     def plan(self, problem: Problem, number: int = 0, spent: float = 0.0, moved: float = 0.0) -> Planned:
         """Integrate eq. 4.9; see :meth:`PlanningMethod.plan`."""
+        problem, taken = problem.taking(problem.nearest), problem.nearest
         settings, kinematics = self._settings(moved, rtol=self.rtol, atol=self.atol), self.kinematics(problem)
         # Constraints are tasks that are done from the start on: e' = -K e keeps their errors at 0.
-        tasks, gains = (*problem.constraints, *problem.tasks), self.gains
+        tasks, gains = (*problem.constraints, *nominal(problem.tasks)), self.gains
         if problem.constraints:
             K = gains.diagonal(count_rows(problem.tasks))
             kept = np.full(count_rows(problem.constraints), K.max())
@@ -98,7 +100,7 @@ class GradientProjection(Options):
         else:
             assert isinstance(kinematics, Kinematics)
             motion = integrate(kinematics, problem.q, tasks, gains, settings)
-        return Planned(motion, found_by(self.name, motion))
+        return Planned(motion, found_by(self.name, motion), taken=taken)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -125,10 +127,11 @@ class SafeVelocity(SafeOptions):
     def plan(self, problem: Problem, number: int = 0, spent: float = 0.0, moved: float = 0.0) -> Planned:
         """Follow the safe velocity; see :meth:`PlanningMethod.plan`."""
         settings = self._settings(moved)
+        problem, taken = problem.taking(problem.nearest), problem.nearest
         motion = rollout(
-            problem.native, problem.q, problem.tasks, self.gains, self.safety, settings, problem.constraints
+            problem.native, problem.q, nominal(problem.tasks), self.gains, self.safety, settings, problem.constraints
         )
-        return Planned(motion, found_by(self.name, motion))
+        return Planned(motion, found_by(self.name, motion), taken=taken)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -190,6 +193,7 @@ class Auto(SafeOptions):
             return planned
         steps, deadline = self.max_optimisation_steps, started + left
         kept = KeptLimits(self.max_deviation, self.max_tilt)
+        problem = problem.taking(planned.taken)
         return with_least_time(planned, problem, self.safety_distance, kept, steps, settings, deadline)
 
     def passing(self, planned: Sequence[Planned], problems: Sequence[Problem], spent: float = 0.0) -> Sequence[Planned]:
@@ -201,8 +205,10 @@ class Auto(SafeOptions):
     def _plan_path(self, problem: Problem, number: int, settings: Settings) -> Planned:
         """Look for a path and follow it as fast as the speed limits allow."""
         started, left = time.perf_counter(), settings.max_planning_time
-        tasks, gains = followed(problem.tasks), followed_gains(self.gains, problem.tasks)
+        nearest = problem.taking(problem.nearest)
+        tasks, gains = followed(nearest.tasks), followed_gains(self.gains, nearest.tasks)
         if not at_rest(problem.obstacles):
+            problem, taken = nearest, problem.nearest
             if len(tasks) < len(problem.tasks):
                 raise InvalidInput(
                     "tasks",
@@ -210,14 +216,16 @@ class Auto(SafeOptions):
                     "none that turns a hand: auto turns hands only among obstacles at rest",
                 )
             motion = rollout(problem.native, problem.q, tasks, gains, self.safety, settings, problem.constraints)
-            return Planned(motion, found_by(SafeVelocity.name, motion))
+            return Planned(motion, found_by(SafeVelocity.name, motion), taken=taken)
         random = np.random.default_rng(self.seed if number == 0 else (self.seed, number))
         budget = Budget(self.max_edge_checks, random)
         found = find_path(problem, gains, self.safety, settings, budget)
         raw = None if found.raw is None else path_quality(problem.robot, found.raw)
         search = Search(self.seed, found.goals, found.searches, found.checks, raw)
+        problem, taken = problem.taking(found.taken), found.taken
+        tasks, gains = followed(problem.tasks), followed_gains(self.gains, problem.tasks)
         if found.path is not None:
-            return Planned(follow(problem, found, settings), found.found_by, search)
+            return Planned(follow(problem, found, settings), found.found_by, search, taken=taken)
         # What is left of the time, which is little where that is why there is no path.
         rest = replace(settings, max_planning_time=max(left - (time.perf_counter() - started), 0.0))
         local = rollout(problem.native, problem.q, tasks, gains, self.safety, rest, problem.constraints)
@@ -227,7 +235,7 @@ class Auto(SafeOptions):
         elif motion.status is Status.REACHED:
             # It turns no hand.
             motion = replace(motion, status=found.status, reason=f"{found.reason}; qp reaches the points alone")
-        return Planned(motion, found_by(SafeVelocity.name, motion), search, found.explored)
+        return Planned(motion, found_by(SafeVelocity.name, motion), search, found.explored, taken=taken)
 
 
 METHODS: Mapping[str, type[PlanningMethod]] = MappingProxyType(

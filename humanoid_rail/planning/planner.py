@@ -131,6 +131,7 @@ def _result(robot: Robot, scene: Scene, method: PlanningMethod, segments: Segmen
         samples = (motion.t, motion.q, None) if timed is None else (timed.t, timed.q, timed.velocity)
         certificate = replace(certificate, deviations=deviations_of(robot, segments.kept, *samples))
     status, reason = judged(certificate, method, motion.status, motion.reason)
+    reason = "; ".join([reason, *segments.said])
     if segments.optimisation is not None and segments.optimisation.stopped:
         reason += f"; {RESTS}: {segments.optimisation.stopped}"
     planning_time, diagnosis = time.perf_counter() - started, None

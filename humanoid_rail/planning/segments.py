@@ -21,6 +21,7 @@ from humanoid_rail.planning.move_constraints import move_constraints
 from humanoid_rail.planning.moves import WHY_REST, Move
 from humanoid_rail.planning.object_tasks import hands_in, object_tasks
 from humanoid_rail.planning.options import Planned, PlanningMethod
+from humanoid_rail.planning.said_of_end import said_of_end
 from humanoid_rail.planning.stage import Stage, after_happenings
 from humanoid_rail.planning.target_tasks import tasks_of
 from humanoid_rail.problem import Problem
@@ -61,6 +62,8 @@ class Segments:
     """The segment at which planning ended; None if all targets are reached, or time was up before it."""
     events: tuple[Event, ...] = ()
     """What happens to objects."""
+    said: tuple[str, ...] = ()
+    """Which alternatives were taken, and how far hands are from targets that have a tolerance."""
 
 
 def plan_segments(
@@ -79,7 +82,10 @@ def plan_segments(
     started = time.perf_counter()
     planned, problems, begun, start = list[Planned](), list[Problem](), 0.0, first.q
     unreached: Unreached | None = None
-    for number, move in enumerate(moves):
+    taken: dict[int, int] = {}
+    for number, one in enumerate(moves):
+        # All moves of a step go to the same alternatives.
+        move = replace(one, targets=one.choices[taken[one.step]], choices=()) if one.step in taken else one
         if begun >= method.max_time:
             reason = f"the longest motion allowed, max_time = {method.max_time:g} s, is over"
             planned.append(Planned(_standstill(start, Status.TIME_LIMIT, reason), ""))
@@ -90,6 +96,9 @@ def plan_segments(
         spent = time.perf_counter() - started
         found = _for_its_hands(method, robot, problem).plan(problem, number, spent, begun)
         planned.append(replace(found, constraints=tuple(problem.constraints)))
+        if move.choices:
+            taken[move.step] = found.taken
+        problem = problem.taking(found.taken)
         problems.append(problem)
         if planned[-1].motion.status is not Status.REACHED:
             unreached = Unreached(move.step, problem, planned[-1])
@@ -101,7 +110,9 @@ def plan_segments(
             begun = sum(float(one.motion.t[-1]) for one in planned)
         start = planned[-1].motion.q[-1]
         stage = after_happenings(stage, robot, scene, move, move.ends, begun, start)
-    return replace(joined(robot, planned, moves), unreached=unreached, events=stage.events)
+    ends = [(moves[i], problem, planned[i]) for i, problem in enumerate(problems)]
+    said = tuple(text for move, problem, one in ends for text in said_of_end(move, problem, one, taken))
+    return replace(joined(robot, planned, moves), unreached=unreached, events=stage.events, said=said)
 
 
 def _first_of_group(moves: Sequence[Move], last: int) -> int:
@@ -128,7 +139,8 @@ def move_problem(robot: Robot, scene: Scene, move: Move, stage: Stage, start: Ar
     needed = {hand for task in (*tasks, *constraints) for hand in hands_in(task)}
     # Where joints alone have to be somewhere, the motion is planned with all hands.
     hands = whole.with_hands([*aimed.hand_names, *needed, *kept_hands(keep)] or robot.hand_names)
-    return Problem(hands, there, tasks, start, constraints)
+    choices = [(*tasks_of(aimed, targets), *object_tasks(whole, targets, stage.holding)) for targets in move.choices]
+    return Problem(hands, there, tasks, start, constraints, choices)
 
 
 def _for_its_hands(method: PlanningMethod, robot: Robot, problem: Problem) -> PlanningMethod:

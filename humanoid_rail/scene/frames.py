@@ -12,7 +12,7 @@ from humanoid_rail._arrays import Array, triple
 from humanoid_rail.errors import InvalidInput, did_you_mean
 from humanoid_rail.scene.objects import placement_of
 from humanoid_rail.scene.obstacles import HalfSpace, Obstacle, is_moving
-from humanoid_rail.scene.targets import Pose, Step, Straight, Target, orientation
+from humanoid_rail.scene.targets import AnyOf, Pose, Step, Straight, Target, alternatives, orientation
 
 SHOWN = 12
 """Errors list so many names at most."""
@@ -29,7 +29,8 @@ def in_base(step: Step, shapes: Sequence[Obstacle], where: str) -> Step:
     Raises:
         InvalidInput: If a name is that of no shape or of several, or the shape moves or has no frame.
     """
-    if not any(isinstance(target, Pose) and target.frame is not None for target in step.values()):
+    stated = [one for target in step.values() for one in alternatives(target)]
+    if not any(isinstance(target, Pose) and target.frame is not None for target in stated):
         return step
     return step.with_targets({hand: _target(target, shapes, f"{where}.{hand}") for hand, target in step.items()})
 
@@ -47,11 +48,8 @@ def frame_named(shapes: Sequence[Obstacle], name: str, field: str) -> pin.SE3:
         names = list(dict.fromkeys(str(shape.name) for shape in shapes if shape.name is not None))
         listed = ", ".join(names[:SHOWN]) + (f" and {len(names) - SHOWN} more" if len(names) > SHOWN else "")
         near = did_you_mean(name, names)
-        raise InvalidInput(
-            field,
-            name,
-            f"the name of an obstacle, of an object or of a bay such as `shelf/bay 2`{near}; there are: {listed or 'none'}",
-        )
+        valid = f"the name of an obstacle, of an object or of a bay such as `shelf/bay 2`{near}"
+        raise InvalidInput(field, name, f"{valid}; there are: {listed or 'none'}")
     if len(found) > 1:
         raise InvalidInput(field, name, f"a name that one obstacle or object has; {len(found)} are called so")
     if isinstance(found[0], HalfSpace):
@@ -83,6 +81,9 @@ def _bay(shapes: Sequence[Obstacle], name: str) -> pin.SE3 | None:
 
 
 def _target(target: Target, shapes: Sequence[Obstacle], where: str) -> Target:
+    if isinstance(target, AnyOf):
+        found = [_target(one, shapes, f"{where}.any_of[{i}]") for i, one in enumerate(target.any_of)]
+        return target.model_copy(update={"any_of": tuple(found)})
     if not isinstance(target, Pose) or target.frame is None:
         return target
     frame = frame_named(shapes, target.frame, f"{where}.frame")
@@ -97,7 +98,8 @@ def _target(target: Target, shapes: Sequence[Obstacle], where: str) -> Target:
     if turned is not None:
         x, y, z, w = pin.Quaternion(frame.rotation @ turned).coeffs().tolist()
         new |= {"rpy": None, "quaternion": (w, x, y, z)}
-    return target.model_copy(update=new)
+    x_axis, y_axis, z_axis = (triple(column) for column in frame.rotation.T)
+    return target.model_copy(update=new).in_axes((x_axis, y_axis, z_axis))
 
 
 def _turned(straight: Straight, rotation: Array) -> Straight:

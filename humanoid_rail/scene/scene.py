@@ -27,8 +27,10 @@ from humanoid_rail.scene.keep import check_keep
 from humanoid_rail.scene.objects import check_holding, check_objects, held_targets
 from humanoid_rail.scene.obstacles import Obstacle
 from humanoid_rail.scene.robot_of_scene import SceneRobot, load_named_robot
-from humanoid_rail.scene.targets import Step, Targets, position
+from humanoid_rail.scene.targets import AnyOf, Step, Targets, alternatives, position
 
+MOST_COMBINATIONS = 64
+"""The alternatives of the hands may be combined in so many ways in a step."""
 OWN = "scenes"
 """The scenes that come with the package are in a folder of this name."""
 
@@ -190,9 +192,12 @@ def check_scene(robot: Robot, scene: Scene) -> None:
                 valid += ", or for an object of the scene" if scene.objects else ""
                 valid += did_you_mean(hand, known)
                 raise InvalidInput(f"{where}.{hand}", target, valid)
-            point = (0.0, 0.0, 0.0) if target is None else position(target)
-            if len(point) != 3 or not all(math.isfinite(x) for x in point):
+            points = [(0.0, 0.0, 0.0) if one is None else position(one) for one in alternatives(target)]
+            if not all(len(point) == 3 and all(math.isfinite(x) for x in point) for point in points):
                 raise InvalidInput(f"{where}.{hand}", target, "three finite numbers")
+            if isinstance(target, AnyOf) and hand not in robot.hand_names:
+                raise InvalidInput(f"{where}.{hand}", target, "one target: any_of is for hands, not for objects")
+        _check_combinations(step, where)
         holding = {hand for hands in held_targets(scene.steps, number).values() for hand in hands}
         for hand in robot.hand_names:
             if hand not in step and hand not in holding and not step.has_joints:
@@ -204,6 +209,19 @@ def check_scene(robot: Robot, scene: Scene) -> None:
             raise InvalidInput(where, step, "a target for one hand at least, or for joints")
     check_holding(robot, scene.objects, scene.obstacles, scene.steps)
     within_position_limits(robot, start_of_scene(robot, scene), "initial")
+
+
+def _check_combinations(step: Step, where: str) -> None:
+    """Check that there are not too many combinations of the hands' alternatives.
+
+    Raises:
+        InvalidInput: If there are.
+    """
+    sizes = {hand: len(target.any_of) for hand, target in step.items() if isinstance(target, AnyOf)}
+    if (count := math.prod(sizes.values())) > MOST_COMBINATIONS:
+        said = " times ".join(f"{size} for {hand}" for hand, size in sizes.items())
+        valid = f"at most {MOST_COMBINATIONS} combinations of alternatives, not {count}: {said}"
+        raise InvalidInput(where, list(sizes), valid)
 
 
 def field_of_step(scene: Scene, number: int) -> str:

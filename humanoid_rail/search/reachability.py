@@ -14,6 +14,7 @@ from humanoid_rail.errors import short
 from humanoid_rail.kinematics.inverse_kinematics import InverseKinematics
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.task import DirectionTask, PointTask, RelativeTask, Task
+from humanoid_rail.kinematics.within_task import WithinTask, nominal
 from humanoid_rail.model.robot import Robot, called
 from humanoid_rail.resolution.velocity import Gains
 from humanoid_rail.search.goal_sampler import seeds
@@ -55,7 +56,7 @@ def out_of_reach(
         TimedOut: If the deadline comes first.
     """
     judge = _Reach(robot, start, random, deadline)
-    reached, turned = followed(tasks), turning(tasks)
+    reached, turned = _followed(tasks), turning(tasks)
     together = judge.excess(reached, tolerance, REACH_SEEDS)
     if together is not None:
         return _too_far(judge, reached, together, tolerance)
@@ -65,7 +66,14 @@ def out_of_reach(
 
 
 def followed(tasks: Sequence[Task]) -> tuple[Task, ...]:
-    """Return the tasks that a velocity is to follow: all but those that turn hands, whose rows are dependent."""
+    """Return the tasks that a velocity is to follow: all but those that turn hands, whose rows are dependent.
+
+    Those with a tolerance lead to its middle.
+    """
+    return nominal(_followed(tasks))
+
+
+def _followed(tasks: Sequence[Task]) -> tuple[Task, ...]:
     return tuple(task for task, kept in zip(tasks, _are_followed(tasks), strict=True) if kept)
 
 
@@ -90,6 +98,8 @@ def _are_followed(tasks: Sequence[Task]) -> list[bool]:
 
 
 def _turns(task: Task) -> bool:
+    if isinstance(task, WithinTask):
+        return type(task.task) is not PointTask or _turns(task.task)
     return type(task) is DirectionTask or (type(task) is PointTask and any(task.offset))
 
 

@@ -59,7 +59,7 @@ def test_no_more_than_a_share_of_a_small_range_is_taken_to_the_limit(robot: Robo
     lower, upper = np.array(robot.lower), np.array(robot.upper)
     lower[JOINT], upper[JOINT] = -0.005, 0.005
     narrow = replace(robot, lower=lower, upper=upper)
-    with pytest.raises(InvalidInput, match="and up to 0.0001 rad is taken to the limit"):
+    with pytest.raises(InvalidInput, match=r"and up to 0\.0001 rad is taken to the limit"):
         within_position_limits(narrow, start_beyond(narrow, 2e-4), "start")
 
 
