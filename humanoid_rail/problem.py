@@ -18,6 +18,7 @@ from humanoid_rail.kinematics.kinematics import Kinematics
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.task import Task
 from humanoid_rail.kinematics.task_stack import check_tasks, stack_error
+from humanoid_rail.kinematics.within_task import WithinTask, pinned
 from humanoid_rail.model.position_limits import ROUNDING, within_position_limits
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import Obstacle
@@ -105,6 +106,15 @@ class Problem(FrozenArrays):
         if not self.alternatives:
             return self
         found = replace(self, tasks=self.alternatives[choice], alternatives=())
+        if "native" in vars(self):
+            vars(found)["native"] = self.native
+        return found
+
+    def pinned(self, q: Array) -> Problem:
+        """Return the problem of reaching what a configuration (n,) reaches within tolerances, exactly as there."""
+        if not any(isinstance(task, WithinTask) for task in self.tasks):
+            return self
+        found = replace(self, tasks=pinned(self.tasks, Kinematics(self.robot).state(q)))
         if "native" in vars(self):
             vars(found)["native"] = self.native
         return found

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from humanoid_rail._arrays import Array, checked_array
+from humanoid_rail._arrays import Array, checked_array, triple
 from humanoid_rail.errors import InvalidInput, checked_number
 from humanoid_rail.kinematics.kept_tasks import AxisTask, OrientationTask
 from humanoid_rail.kinematics.state import State
@@ -101,3 +101,20 @@ class WithinTask:
 def nominal(tasks: Sequence[Task]) -> tuple[Task, ...]:
     """Return tasks without their tolerances."""
     return tuple(task.task if isinstance(task, WithinTask) else task for task in tasks)
+
+
+def pinned(tasks: Sequence[Task], state: State) -> tuple[Task, ...]:
+    """Return tasks with a hand kept where it is in a state, within their tolerances, instead of anywhere within."""
+    return tuple(_pinned(task.task, state) if isinstance(task, WithinTask) else task for task in tasks)
+
+
+def _pinned(task: PointTask | AxisTask | OrientationTask, state: State) -> Task:
+    turned = state.rotations[state.robot.hand(task.hand)]
+    match task:
+        case PointTask():
+            return replace(task, target=triple(np.array(task.target) + task.error(state)))
+        case AxisTask():
+            return replace(task, direction=triple(turned @ np.array(task.axis)))
+        case OrientationTask():
+            first, second, third = (triple(row) for row in turned)
+            return replace(task, rotation=(first, second, third))

@@ -193,13 +193,14 @@ class Auto(SafeOptions):
             return planned
         steps, deadline = self.max_optimisation_steps, started + left
         kept = KeptLimits(self.max_deviation, self.max_tilt)
-        problem = problem.taking(planned.taken)
+        problem = problem.taking(planned.taken).pinned(planned.motion.q[-1])
         return with_least_time(planned, problem, self.safety_distance, kept, steps, settings, deadline)
 
     def passing(self, planned: Sequence[Planned], problems: Sequence[Problem], spent: float = 0.0) -> Sequence[Planned]:
         """Make one motion of least time of several; see :meth:`PlanningMethod.passing`."""
         deadline = time.perf_counter() + max(self.max_planning_time - spent, 0.0)
         steps = self.max_optimisation_steps * len(planned)
+        problems = [problem.pinned(one.motion.q[-1]) for problem, one in zip(problems, planned, strict=True)]
         return without_stopping(planned, problems, self.dt, self.safety_distance, steps, deadline)
 
     def _plan_path(self, problem: Problem, number: int, settings: Settings) -> Planned:
