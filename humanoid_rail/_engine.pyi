@@ -91,6 +91,16 @@ class ConfigurationTask(Task):
 
     def __init__(self, joints: Sequence[int], target: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]) -> None: ...
 
+class WithinBoxTask(Task):
+    """A task that is done within a tolerance along axes."""
+
+    def __init__(self, task: Task, axes: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')], tolerance: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]) -> None: ...
+
+class WithinBallTask(Task):
+    """A task that is done within a tolerance of its norm."""
+
+    def __init__(self, task: Task, tolerance: float) -> None: ...
+
 class FunctionTask(Task):
     """A task that is computed in Python."""
 
