@@ -16,6 +16,7 @@ from humanoid_rail.model.robot import Hand, Robot
 from humanoid_rail.scene.joint_targets import joint_targets
 from humanoid_rail.scene.targets import (
     ANY_AXIS,
+    AnyOf,
     Pose,
     Step,
     Target,
@@ -34,7 +35,13 @@ def tasks_of(robot: Robot, step: Step) -> tuple[Task, ...]:
 
     The orientation of a hand is where its points are: one behind its own gives the direction it points in, and two on
     different axes give its orientation. So what moves points also turns hands, and all errors are in m.
+
+    Raises:
+        InvalidInput: If a hand has several targets of which one is to be taken.
     """
+    for name, target in step.items():
+        if isinstance(target, AnyOf):
+            raise InvalidInput(f"targets.{name}", target, "one target: several, of which one is taken, are for plan")
     points: list[Task] = [
         _within(PointTask(name, position(target)), target)
         for name in robot.hand_names

@@ -159,19 +159,23 @@ else:
     """One step, or several that follow each other."""
 
 
-def numbers_there(steps: Sequence[Step], step: int, hand: str) -> str:
+def numbers_there(steps: Sequence[Step], step: int, hand: str, choice: int = 0) -> str:
     """Return the numbers from 1 of all steps in which a hand has its target where it has it in one, such as `2, 3`.
 
     Args:
         steps: The targets of each step, by hand.
         step: The one, from 0, in which the hand has a target.
         hand: Name of the hand.
+        choice: Which of its targets it is there, from 0, if it has several of which one has to be reached.
     """
-    there = steps[step][hand]
+    there = alternatives(steps[step][hand])[choice]
     assert there is not None
     same = [
         number
         for number, targets in enumerate(steps, start=1)
-        if (other := targets[hand]) is not None and np.allclose(position(other), position(there), rtol=0.0, atol=SAME)
+        if any(
+            one is not None and np.allclose(position(one), position(there), rtol=0.0, atol=SAME)
+            for one in alternatives(targets.get(hand))
+        )
     ]
     return ", ".join(map(str, same))

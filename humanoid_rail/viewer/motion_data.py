@@ -46,10 +46,10 @@ def scene_data(robot: Robot, scene: Scene, view: View, floor: float) -> dict[str
         },
         "steps": len(scene.steps),
         "targets": [
-            {"steps": numbers_there(scene.steps, number, hand), "hand": hand, "position": list(position(one))}
+            {"steps": numbers_there(scene.steps, number, hand, choice), "hand": hand, "position": list(position(one))}
             for number, step in enumerate(scene.steps)
             for hand, target in step.items()
-            for one in alternatives(target)
+            for choice, one in enumerate(alternatives(target))
             if one is not None
         ],
         "clearanceColours": [[at, f"#{colour:06x}"] for at, colour in CLEARANCE_SCALE],

@@ -9,7 +9,10 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from humanoid_rail import InvalidInput, Robot, Status, Trajectory, make_scene, plan
+from humanoid_rail import AnyOf, Follower, Gains, InvalidInput, Robot, Status, Trajectory, make_scene, plan
+from humanoid_rail.live.world import World
+from humanoid_rail.viewer.camera import best_view
+from humanoid_rail.viewer.motion_data import scene_data
 
 LEFT = [0.6, 0.4, 1.2]
 FAR = [30.0, 1.5, 1.2]
@@ -150,3 +153,29 @@ def test_a_tolerance_in_a_frame_is_along_its_axes(robot: Robot) -> None:
     off = frame.actInv(hand(robot, found.q[-1], "left").translation) - [0.3, 0.0, 0.1]
     assert abs(off[0]) <= 0.2
     assert abs(off[1:]).max() < 1e-6
+
+
+def test_a_follower_goes_to_joints_and_has_no_alternatives(robot: Robot) -> None:
+    follower = Follower(robot, make_scene({"targets": {"joints": {"rail": 0.2}}}), gains=Gains(5.0))
+    for _ in range(3000):
+        state = follower.step()
+    assert state.q[0] == pytest.approx(0.2, abs=0.01)
+    with pytest.raises(InvalidInput, match="are for plan"):
+        follower.set_targets({"left": AnyOf(any_of=(tuple(LEFT),)), "right": None})
+
+
+def test_pictures_have_all_alternatives(robot: Robot) -> None:
+    second = [0.6, 1.4, 1.2]
+    targets = [{"left": {"any_of": [LEFT, second]}, "right": None}, {"left": LEFT, "joints": {"rail": 0.5}}]
+    scene = make_scene({"targets": targets})
+    drawn = scene_data(robot, scene, best_view(robot, scene), 0.0)["targets"]
+    assert [(one["steps"], one["position"]) for one in drawn] == [("1, 2", LEFT), ("1", second), ("1, 2", LEFT)]
+    with pytest.raises(InvalidInput, match="live has no alternatives"):
+        World.of(robot, scene)
+
+
+def test_a_dragged_target_leaves_joints_where_they_have_to_be(robot: Robot) -> None:
+    world = World.of(robot, make_scene({"targets": {"left": LEFT, "joints": {"rail": 0.2}}}))
+    (step,) = world.with_target(0, "left", (0.5, 0.4, 1.2)).scene.steps
+    assert step.joints == {"rail": 0.2}
+    assert step.get("left") == (0.5, 0.4, 1.2)
