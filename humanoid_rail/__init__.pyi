@@ -14,6 +14,7 @@ from .kinematics.kinematics import Kinematics
 from .kinematics.native_kinematics import NativeKinematics
 from .kinematics.state import State
 from .kinematics.task import ConfigurationTask, DirectionTask, PointTask, RelativeTask, Task
+from .kinematics.within_task import WithinTask
 from .model.building import robot_from_urdf
 from .model.hand_links import hand_bodies
 from .model.humanoid import build_urdf
@@ -33,13 +34,14 @@ from .samples import Samples
 from .scene.covers import Cover, HeightField, PointCloud
 from .scene.groups import Group, Repeat, Shelf, flat_obstacles
 from .scene.obstacles import Box, Capsule, Cylinder, HalfSpace, Mesh, Sphere
+from .scene.poses import AnyOf, Pose
 from .scene.scene import Scene, load_robot_of_scene, load_scene, make_scene
-from .scene.targets import Pose
 from .trajectory import Trajectory
 from .viewer.notebook import Page, view
 
 __version__: str
 __all__ = [
+    "AnyOf",
     "Auto",
     "AxisTask",
     "BlockingPair",
@@ -102,6 +104,7 @@ __all__ = [
     "Trajectory",
     "Verdict",
     "Violation",
+    "WithinTask",
     "WorkerDied",
     "build_urdf",
     "export",

@@ -40,6 +40,10 @@ class Obstacles:
 
     def capsule(self, center: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')], rotation: Annotated[NDArray[numpy.float64], dict(shape=(3, 3), order='F')], radius: float, length: float, velocity: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]) -> None: ...
 
+    def cylinder(self, center: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')], rotation: Annotated[NDArray[numpy.float64], dict(shape=(3, 3), order='F')], radius: float, length: float, velocity: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]) -> None: ...
+
+    def spheres(self, center: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')], rotation: Annotated[NDArray[numpy.float64], dict(shape=(3, 3), order='F')], centers: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')], radii: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], velocity: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]) -> None: ...
+
     def halfspace(self, normal: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')], offset: float, velocity: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]) -> None: ...
 
     def convex(self, center: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')], rotation: Annotated[NDArray[numpy.float64], dict(shape=(3, 3), order='F')], pieces: Sequence[Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]], velocity: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]) -> None: ...
@@ -86,6 +90,16 @@ class ConfigurationTask(Task):
     """Joints that have to be at positions."""
 
     def __init__(self, joints: Sequence[int], target: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]) -> None: ...
+
+class WithinBoxTask(Task):
+    """A task that is done within a tolerance along axes."""
+
+    def __init__(self, task: Task, axes: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')], tolerance: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]) -> None: ...
+
+class WithinBallTask(Task):
+    """A task that is done within a tolerance of its norm."""
+
+    def __init__(self, task: Task, tolerance: float) -> None: ...
 
 class FunctionTask(Task):
     """A task that is computed in Python."""

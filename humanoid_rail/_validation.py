@@ -207,6 +207,8 @@ def invalid_input(error: ValidationError, source: str | None = None, root: str =
             bound: float = abs(context.get("le", context.get("ge", 0.0)))
             unit = {FARTHEST: "m; given in millimetres?", LARGEST_ANGLE: "rad; given in degrees?"}.get(bound, "")
             return InvalidInput(field, value, f"a number from {-bound:.6g} to {bound:.6g} {unit}".strip(), source)
+        case "value_error" if isinstance(own := context["error"], InvalidInput) and field == root:
+            return InvalidInput(own.field, own.value, own.valid, source)
         case "value_error":
             return InvalidInput(field, value, str(context["error"]), source)
         case "mesh_file":

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -16,8 +16,9 @@ from humanoid_rail.kinematics.deviation import KEPT_TASKS, name_of
 from humanoid_rail.kinematics.kinematics import Kinematics
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.task import Task
-from humanoid_rail.kinematics.task_stack import check_tasks
-from humanoid_rail.model.position_limits import within_position_limits
+from humanoid_rail.kinematics.task_stack import check_tasks, stack_error
+from humanoid_rail.kinematics.within_task import WithinTask, pinned
+from humanoid_rail.model.position_limits import ROUNDING, within_position_limits
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import Obstacle
 from humanoid_rail.scene.scene import Scene
@@ -44,21 +45,28 @@ class Problem(FrozenArrays):
     tasks: Sequence[Task]
     """What is to be reached, all at once. Kept as a tuple."""
     start: ArrayLike
-    """Configuration (n,) where the motion starts, m and rad. Kept as a read-only array; what is beyond a position limit
-    by rounding, 1e-9 of the joint's range, is put onto it."""
+    """Configuration (n,) where the motion starts, m and rad. Kept as a read-only array; what is slightly beyond a
+    position limit is put onto it, and a warning says so where it is more than rounding."""
 
     constraints: Sequence[Task] = ()
     """What holds at all times along the motion, from the start on: tasks of this package. Kept as a tuple."""
+
+    alternatives: Sequence[Sequence[Task]] = ()
+    """Several choices of what is to be reached, of which one has to be: each is what `tasks` may be. If there are some,
+    `auto` takes the one with the shortest path, and other methods the nearest."""
 
     def __post_init__(self) -> None:
         check_kind("robot", self.robot, Robot)
         check_kind("scene", self.scene, Scene)
         check_tasks(self.tasks, self.robot)
         object.__setattr__(self, "tasks", tuple(self.tasks))
+        for i, tasks in enumerate(self.alternatives):
+            check_tasks(tasks, self.robot, f"alternatives[{i}]")
+        object.__setattr__(self, "alternatives", tuple(map(tuple, self.alternatives)))
         robot = self.robot
         valid = f"{robot.n} finite numbers, for {', '.join(robot.joint_names)}"
         start = checked_array("start", self.start, (robot.n,), valid)
-        object.__setattr__(self, "start", frozen(within_position_limits(robot, start, "start")))
+        object.__setattr__(self, "start", frozen(within_position_limits(robot, start, "start", said_from=ROUNDING)))
         self._check_constraints()
 
     def _check_constraints(self) -> None:
@@ -86,6 +94,37 @@ class Problem(FrozenArrays):
     def native(self) -> NativeKinematics:
         """The robot among the obstacles, in the native engine."""
         return NativeKinematics(self.robot, self.obstacles)
+
+    @property
+    def choices(self) -> tuple[tuple[Task, ...], ...]:
+        """What may be reached: the alternatives, or the tasks where there are none."""
+        return tuple(map(tuple, self.alternatives)) or (tuple(self.tasks),)
+
+    def taking(self, choice: int) -> Problem:
+        """Return the problem of reaching one of the choices, by its number from 0."""
+        if not self.alternatives:
+            return self
+        found = replace(self, tasks=self.alternatives[choice], alternatives=())
+        if "native" in vars(self):
+            vars(found)["native"] = self.native
+        return found
+
+    def pinned(self, q: Array) -> Problem:
+        """Return the problem of reaching what a configuration (n,) reaches within tolerances, exactly as there."""
+        if not any(isinstance(task, WithinTask) for task in self.tasks):
+            return self
+        found = replace(self, tasks=pinned(self.tasks, Kinematics(self.robot).state(q)))
+        if "native" in vars(self):
+            vars(found)["native"] = self.native
+        return found
+
+    @property
+    def nearest(self) -> int:
+        """The number of the choice, from 0, whose error is smallest at the start."""
+        if len(self.choices) == 1:
+            return 0
+        state = Kinematics(self.robot).state(self.q)
+        return int(np.argmin([np.linalg.norm(stack_error(state, tasks)) for tasks in self.choices]))
 
     @property
     def obstacles(self) -> tuple[Obstacle, ...]:

@@ -25,6 +25,11 @@ void bind_tasks(nb::module_& module) {
       .def(nb::init<int, const Eigen::Matrix3d&, int, double>(), "hand"_a, "rotation"_a, "reference"_a, "lever"_a);
   nb::class_<ConfigurationTask, Task>(module, "ConfigurationTask", "Joints that have to be at positions.")
       .def(nb::init<std::vector<int>, Vector>(), "joints"_a, "target"_a);
+  using Inner = std::shared_ptr<const Task>;
+  nb::class_<WithinBoxTask, Task>(module, "WithinBoxTask", "A task that is done within a tolerance along axes.")
+      .def(nb::init<Inner, Matrix, Vector>(), "task"_a, "axes"_a, "tolerance"_a);
+  nb::class_<WithinBallTask, Task>(module, "WithinBallTask", "A task that is done within a tolerance of its norm.")
+      .def(nb::init<Inner, double>(), "task"_a, "tolerance"_a);
   nb::class_<FunctionTask, Task>(module, "FunctionTask", "A task that is computed in Python.")
       .def(
           "__init__",

@@ -1,6 +1,7 @@
 #include "task.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include <Eigen/Geometry>
@@ -125,6 +126,54 @@ void ConfigurationTask::error(const Kinematics& at, double, Eigen::Ref<Vector> e
 void ConfigurationTask::jacobian(const Kinematics&, double, Eigen::Ref<Matrix> J) const {
   J.setZero();
   for (std::size_t i = 0; i < joints_.size(); ++i) J(static_cast<Eigen::Index>(i), joints_[i]) = 1.0;
+}
+
+WithinBoxTask::WithinBoxTask(std::shared_ptr<const Task> task, Matrix axes, Vector tolerance)
+    : task_(std::move(task)), axes_(std::move(axes)), tolerance_(std::move(tolerance)) {
+  if (axes_.rows() != task_->rows() || axes_.cols() != tolerance_.size()) {
+    throw std::invalid_argument("a tolerance needs an axis with a component for each row of its task");
+  }
+}
+
+Vector WithinBoxTask::along(const Kinematics& at, double t) const {
+  Vector whole(task_->rows());
+  task_->error(at, t, whole);
+  return axes_.transpose() * whole;
+}
+
+void WithinBoxTask::error(const Kinematics& at, double t, Eigen::Ref<Vector> e) const {
+  const Vector d = along(at, t);
+  e = d - d.cwiseMin(tolerance_).cwiseMax(-tolerance_);
+}
+
+void WithinBoxTask::jacobian(const Kinematics& at, double t, Eigen::Ref<Matrix> J) const {
+  const Vector d = along(at, t);
+  Matrix whole(task_->rows(), J.cols());
+  task_->jacobian(at, t, whole);
+  J = axes_.transpose() * whole;
+  for (Eigen::Index i = 0; i < d.size(); ++i) {
+    if (std::abs(d[i]) < tolerance_[i]) J.row(i).setZero();
+  }
+}
+
+void WithinBallTask::error(const Kinematics& at, double t, Eigen::Ref<Vector> e) const {
+  task_->error(at, t, e);
+  const double norm = e.norm();
+  e *= norm > tolerance_ ? 1.0 - tolerance_ / norm : 0.0;
+}
+
+void WithinBallTask::jacobian(const Kinematics& at, double t, Eigen::Ref<Matrix> J) const {
+  Vector d(task_->rows());
+  task_->error(at, t, d);
+  const double norm = d.norm();
+  if (norm <= tolerance_) {
+    J.setZero();
+    return;
+  }
+  Matrix whole(task_->rows(), J.cols());
+  task_->jacobian(at, t, whole);
+  d /= norm;
+  J = (1.0 - tolerance_ / norm) * whole + tolerance_ / norm * d * (d.transpose() * whole);
 }
 
 std::pair<Vector, Matrix> FunctionTask::checked(const Kinematics& at, double t) const {

@@ -151,6 +151,36 @@ class ConfigurationTask : public Task {
   Vector target_;
 };
 
+// A task that is done within a tolerance along each of some axes: e = d - clamp(d, -tolerance, tolerance), with d =
+// axes^T times the error of the task.
+class WithinBoxTask : public Task {
+ public:
+  WithinBoxTask(std::shared_ptr<const Task> task, Matrix axes, Vector tolerance);
+  [[nodiscard]] Eigen::Index rows() const override { return tolerance_.size(); }
+  void error(const Kinematics& at, double t, Eigen::Ref<Vector> e) const override;
+  void jacobian(const Kinematics& at, double t, Eigen::Ref<Matrix> J) const override;
+
+ private:
+  [[nodiscard]] Vector along(const Kinematics& at, double t) const;
+
+  std::shared_ptr<const Task> task_;
+  Matrix axes_;
+  Vector tolerance_;
+};
+
+// A task that is done where the norm of its error d is within a tolerance: e = d max(0, 1 - tolerance / |d|).
+class WithinBallTask : public Task {
+ public:
+  WithinBallTask(std::shared_ptr<const Task> task, double tolerance) : task_(std::move(task)), tolerance_(tolerance) {}
+  [[nodiscard]] Eigen::Index rows() const override { return task_->rows(); }
+  void error(const Kinematics& at, double t, Eigen::Ref<Vector> e) const override;
+  void jacobian(const Kinematics& at, double t, Eigen::Ref<Matrix> J) const override;
+
+ private:
+  std::shared_ptr<const Task> task_;
+  double tolerance_;
+};
+
 // A task that somebody else computes, from a configuration (n) and a time in s.
 class FunctionTask : public Task {
  public:

@@ -69,6 +69,7 @@ from humanoid_rail.following.arguments import (
 from humanoid_rail.following.state import CycleTimes, FollowerState, named_pair, state_of
 from humanoid_rail.kinematics.native_tasks import NATIVE_TASKS, native_tasks
 from humanoid_rail.kinematics.task import Task
+from humanoid_rail.kinematics.within_task import nominal
 from humanoid_rail.model.native_robot import native_robot
 from humanoid_rail.model.position_limits import within_position_limits
 from humanoid_rail.model.robot import Robot
@@ -80,7 +81,7 @@ from humanoid_rail.resolution.qp import Safety
 from humanoid_rail.resolution.velocity import Gains
 from humanoid_rail.scene.native_obstacles import native_obstacles
 from humanoid_rail.scene.scene import Scene, check_scene, start_of_scene
-from humanoid_rail.scene.targets import Target
+from humanoid_rail.scene.targets import Step, Target
 
 if TYPE_CHECKING:
     from humanoid_rail import _engine
@@ -142,7 +143,7 @@ class Follower:
         warn_of_depth(robot, scene)
         warn_of_units(robot, scene)
         given = start_of_scene(robot, scene) if start is None else start
-        first = within_position_limits(robot, checked_array("start", given, (robot.n,)), "start")
+        first = within_position_limits(robot, checked_array("start", given, (robot.n,)), "start", said_from=0.0)
         self.acceleration_limit = checked_acceleration(robot, acceleration_limit)
         self.obstacle_speed = checked_speeds(scene, obstacle_speed)
         self._rotations = [np.array(getattr(obstacle, "rpy", (0.0, 0.0, 0.0))) for obstacle in scene.obstacles]
@@ -159,7 +160,7 @@ class Follower:
 
     def _made(self, start: Array, *, tolerance: float, latency: float) -> _engine.Follower:
         """Return the engine's own follower."""
-        tasks, gains = self._goal(tasks_of(self.robot, self.scene.steps[0]))
+        tasks, gains = self._goal(nominal(tasks_of(self.robot, self.scene.steps[0])))
         native: _engine.Follower = engine().Follower(
             native_robot(self.robot),
             native_obstacles(self.scene.obstacles),
@@ -175,18 +176,18 @@ class Follower:
         )
         return native
 
-    def set_targets(self, targets: Mapping[str, Target]) -> None:
+    def set_targets(self, targets: Step | Mapping[str, Target]) -> None:
         """Set what the hands have to reach from the next cycle on.
 
         Args:
-            targets: By the name of each hand a point in m, a :class:`humanoid_rail.Pose`, or None.
+            targets: By the name of each hand a point in m, a :class:`humanoid_rail.Pose`, or None; or one step.
 
         Raises:
             InvalidInput: If they are not targets for this robot.
         """
-        scene = Scene(name=self.scene.name, targets=dict(targets))
+        scene = Scene(name=self.scene.name, targets=targets if isinstance(targets, Step) else dict(targets))
         check_scene(self.robot, scene)
-        self.set_tasks(tasks_of(self.robot, scene.steps[0]))
+        self.set_tasks(nominal(tasks_of(self.robot, scene.steps[0])))
 
     def set_tasks(self, tasks: Sequence[Task]) -> None:
         """Set what has to be reached from the next cycle on.

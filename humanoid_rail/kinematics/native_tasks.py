@@ -14,6 +14,7 @@ from humanoid_rail.kinematics.kept_tasks import AxisTask, DistanceTask, LineTask
 from humanoid_rail.kinematics.state import State
 from humanoid_rail.kinematics.task import ConfigurationTask, DirectionTask, PointTask, RelativeTask, Task
 from humanoid_rail.kinematics.task_stack import check_tasks, task_error, task_jacobian
+from humanoid_rail.kinematics.within_task import WithinTask
 from humanoid_rail.model.robot import Robot
 
 if TYPE_CHECKING:
@@ -28,6 +29,7 @@ NATIVE_TASKS = (
     DistanceTask,
     AxisTask,
     OrientationTask,
+    WithinTask,
 )
 """The native engine has these tasks itself; a class derived from one is the user's own."""
 StateAt = Callable[[Array, float], State]
@@ -77,6 +79,12 @@ def _native(robot: Robot, task: Task, number: int, state_at: StateAt) -> _engine
             made = native.OrientationTask(robot.hand(task.hand), turned, reference, task.lever_of(robot))
         case ConfigurationTask() if is_native:
             made = native.ConfigurationTask(task.columns(robot), np.array(task.target, float))
+        case WithinTask() if is_native:
+            inner = _native(robot, task.task, number, state_at)
+            if isinstance(task.tolerance, tuple):
+                made = native.WithinBoxTask(inner, np.array(task.axes).T, np.array(task.tolerance))
+            else:
+                made = native.WithinBallTask(inner, task.tolerance)
         case _:
             rows = task.rows
 

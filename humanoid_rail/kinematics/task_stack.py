@@ -11,6 +11,7 @@ from humanoid_rail.errors import InvalidInput
 from humanoid_rail.kinematics.kept_tasks import AxisTask, DistanceTask, LineTask, OrientationTask
 from humanoid_rail.kinematics.state import State
 from humanoid_rail.kinematics.task import ConfigurationTask, DirectionTask, PointTask, RelativeTask, Task
+from humanoid_rail.kinematics.within_task import WithinTask
 from humanoid_rail.model.robot import Robot
 
 MOST_ROWS = 1000
@@ -54,6 +55,8 @@ def _check_names(task: Task, robot: Robot) -> None:
             robot.hand(task.second)
         case ConfigurationTask():
             task.columns(robot)
+        case WithinTask():
+            _check_names(task.task, robot)
         case _:
             pass  # one of the user's own
 

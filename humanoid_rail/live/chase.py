@@ -79,7 +79,7 @@ class Chase:
         """Follow a motion from its beginning, or the targets."""
         self._route, self._along, self._waited = route, 0.0, 0.0
         if route is None:
-            self.follower.set_targets(dict(self._targets))
+            self.follower.set_targets(self._targets)
 
     def tick(self, world: World, dt: float) -> FollowerState:
         """Tell the follower what has changed in the world, after a time in s, and return where the robot is."""
@@ -94,7 +94,7 @@ class Chase:
         if (targets := world.scene.steps[0]) != self._targets:
             self._targets = targets
             if self._route is None:
-                self.follower.set_targets(dict(targets))
+                self.follower.set_targets(targets)
         state = self.follower.state
         if self._route is not None:
             self._follow_route(world, state, dt)

@@ -8,10 +8,11 @@ import numpy as np
 import pinocchio as pin
 
 from humanoid_rail._arrays import Array
+from humanoid_rail.errors import InvalidInput
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import HalfSpace, Obstacle, Sphere
-from humanoid_rail.scene.scene import Scene, check_scene, start_of_scene
-from humanoid_rail.scene.targets import Pose, Straight, Target, direction, pointing_direction
+from humanoid_rail.scene.scene import Scene, check_scene, field_of_step, start_of_scene
+from humanoid_rail.scene.targets import AnyOf, Pose, Straight, Target, direction, orientation, pointing_direction
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,8 +32,13 @@ class World:
             InvalidInput: If the scene is not one for this robot.
         """
         check_scene(robot, scene)
+        for number, step in enumerate(scene.steps):
+            for hand, target in step.items():
+                if isinstance(target, AnyOf):
+                    valid = "one target for each hand: live has no alternatives"
+                    raise InvalidInput(f"{field_of_step(scene, number)}.{hand}", target, valid)
         still = tuple(o.model_copy(update={"velocity": (0.0, 0.0, 0.0)}) for o in scene.obstacles)
-        start = np.array(start_of_scene(robot, scene))
+        start = np.clip(start_of_scene(robot, scene), robot.lower, robot.upper)
         return World(robot, scene.model_copy(update={"obstacles": still, "initial": None}), start)
 
     def with_target(self, step: int, hand: str, target: Target) -> World:
@@ -80,8 +86,9 @@ def turned_target(target: Target, position: Array, rotation: Array) -> Target:
     point = (float(position[0]), float(position[1]), float(position[2]))
     if not isinstance(target, Pose):
         return point
-    if target.rpy is not None:
-        return target.model_copy(update={"position": point, "rpy": tuple(map(float, pin.rpy.matrixToRpy(rotation)))})
+    if orientation(target) is not None:
+        x, y, z, w = pin.Quaternion(rotation).normalized().coeffs().tolist()
+        return target.model_copy(update={"position": point, "rpy": None, "quaternion": (w, x, y, z)})
     if pointing_direction(target) is not None:
         towards = tuple(map(float, rotation[:, 0]))
         straight = target.approach if isinstance(target.approach, Straight) else None
@@ -92,8 +99,7 @@ def turned_target(target: Target, position: Array, rotation: Array) -> Target:
 
 def target_rotation(target: Target) -> Array:
     """Return how a target is turned (3, 3): for a direction the x axis points along it."""
-    if isinstance(target, Pose) and target.rpy is not None:
-        turn: Array = pin.rpy.rpyToMatrix(*target.rpy)
+    if isinstance(target, Pose) and (turn := orientation(target)) is not None:
         return turn
     towards = None if target is None else direction(target, None)
     if towards is None:

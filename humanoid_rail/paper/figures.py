@@ -20,7 +20,7 @@ from humanoid_rail.model.robot import Robot
 from humanoid_rail.paper.cases import SweepPoint
 from humanoid_rail.scene.obstacles import Box, Sphere
 from humanoid_rail.scene.scene import Scene
-from humanoid_rail.scene.targets import position
+from humanoid_rail.scene.targets import alternatives, position
 from humanoid_rail.trajectory import Trajectory
 from humanoid_rail.viewer.colours import hand_colour
 
@@ -53,7 +53,7 @@ def motion_figure(robot: Robot, scene: Scene, trajectory: Trajectory, title: str
         hand, colour = trajectory.hands[:, i], HANDS[i % len(HANDS)]
         axes.plot(*hand.T, color=colour, linewidth=1.0)
         for step in scene.steps:
-            if (target := step[name]) is not None:
+            for target in (one for one in alternatives(step.get(name)) if one is not None):
                 axes.scatter(*position(target), color=colour, marker="*", s=140, **OUTLINE)
     for obstacle in scene.obstacles:
         if isinstance(obstacle, Sphere):

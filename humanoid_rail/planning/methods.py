@@ -20,6 +20,7 @@ from humanoid_rail.kinematics.path_metric import path_quality
 from humanoid_rail.kinematics.state import KinematicsModel
 from humanoid_rail.kinematics.task import Task
 from humanoid_rail.kinematics.task_stack import count_rows
+from humanoid_rail.kinematics.within_task import nominal
 from humanoid_rail.planning.kept import allowed_by, brought_back
 from humanoid_rail.planning.options import (
     ENGINES,
@@ -92,6 +93,7 @@ class GradientProjection(Options):
 
     def plan(self, problem: Problem, number: int = 0, spent: float = 0.0, moved: float = 0.0) -> Planned:
         """Integrate eq. 4.9; see :meth:`PlanningMethod.plan`."""
+        problem, taken = problem.taking(problem.nearest), problem.nearest
         settings, kinematics = self._settings(moved, rtol=self.rtol, atol=self.atol), self.kinematics(problem)
         tasks, gains, settings = _with_constraints(problem, self.gains, settings)
         if isinstance(kinematics, NativeKinematics):
@@ -101,7 +103,7 @@ class GradientProjection(Options):
             motion = integrate(kinematics, problem.q, tasks, gains, settings)
         if problem.constraints:
             motion = brought_back(problem, motion, self.tolerance)
-        return Planned(motion, found_by(self.name, motion))
+        return Planned(motion, found_by(self.name, motion), taken=taken)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,10 +130,11 @@ class SafeVelocity(SafeOptions):
     def plan(self, problem: Problem, number: int = 0, spent: float = 0.0, moved: float = 0.0) -> Planned:
         """Follow the safe velocity; see :meth:`PlanningMethod.plan`."""
         settings = self._settings(moved)
+        problem, taken = problem.taking(problem.nearest), problem.nearest
         motion = rollout(
-            problem.native, problem.q, problem.tasks, self.gains, self.safety, settings, problem.constraints
+            problem.native, problem.q, nominal(problem.tasks), self.gains, self.safety, settings, problem.constraints
         )
-        return Planned(motion, found_by(self.name, motion))
+        return Planned(motion, found_by(self.name, motion), taken=taken)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -192,19 +195,23 @@ class Auto(SafeOptions):
         if not self.optimise or not at_rest(problem.obstacles):
             return planned
         steps, deadline = self.max_optimisation_steps, started + left
+        problem = problem.taking(planned.taken).pinned(planned.motion.q[-1])
         return with_least_time(planned, problem, self.safety_distance, allowed_by(self), steps, settings, deadline)
 
     def passing(self, planned: Sequence[Planned], problems: Sequence[Problem], spent: float = 0.0) -> Sequence[Planned]:
         """Make one motion of least time of several; see :meth:`PlanningMethod.passing`."""
         deadline = time.perf_counter() + max(self.max_planning_time - spent, 0.0)
         steps = self.max_optimisation_steps * len(planned)
+        problems = [problem.pinned(one.motion.q[-1]) for problem, one in zip(problems, planned, strict=True)]
         return without_stopping(planned, problems, self.dt, self.safety_distance, steps, deadline)
 
     def _plan_path(self, problem: Problem, number: int, settings: Settings) -> Planned:
         """Look for a path and follow it as fast as the speed limits allow."""
         started, left = time.perf_counter(), settings.max_planning_time
-        tasks, gains = followed(problem.tasks), followed_gains(self.gains, problem.tasks)
+        nearest = problem.taking(problem.nearest)
+        tasks, gains = followed(nearest.tasks), followed_gains(self.gains, nearest.tasks)
         if not at_rest(problem.obstacles):
+            problem, taken = nearest, problem.nearest
             if len(tasks) < len(problem.tasks):
                 raise InvalidInput(
                     "tasks",
@@ -212,14 +219,16 @@ class Auto(SafeOptions):
                     "none that turns a hand: auto turns hands only among obstacles at rest",
                 )
             motion = rollout(problem.native, problem.q, tasks, gains, self.safety, settings, problem.constraints)
-            return Planned(motion, found_by(SafeVelocity.name, motion))
+            return Planned(motion, found_by(SafeVelocity.name, motion), taken=taken)
         random = np.random.default_rng(self.seed if number == 0 else (self.seed, number))
         budget = Budget(self.max_edge_checks, random)
         found = find_path(problem, gains, self.safety, settings, budget)
         raw = None if found.raw is None else path_quality(problem.robot, found.raw)
         search = Search(self.seed, found.goals, found.searches, found.checks, raw)
+        problem, taken = problem.taking(found.taken), found.taken
+        tasks, gains = followed(problem.tasks), followed_gains(self.gains, problem.tasks)
         if found.path is not None:
-            return Planned(follow(problem, found, settings), found.found_by, search)
+            return Planned(follow(problem, found, settings), found.found_by, search, taken=taken)
         # What is left of the time, which is little where that is why there is no path.
         rest = replace(settings, max_planning_time=max(left - (time.perf_counter() - started), 0.0))
         local = rollout(problem.native, problem.q, tasks, gains, self.safety, rest, problem.constraints)
@@ -229,7 +238,7 @@ class Auto(SafeOptions):
         elif motion.status is Status.REACHED:
             # It turns no hand.
             motion = replace(motion, status=found.status, reason=f"{found.reason}; qp reaches the points alone")
-        return Planned(motion, found_by(SafeVelocity.name, motion), search, found.explored)
+        return Planned(motion, found_by(SafeVelocity.name, motion), search, found.explored, taken=taken)
 
 
 def _with_constraints(problem: Problem, gains: Gains, settings: Settings) -> tuple[tuple[Task, ...], Gains, Settings]:
@@ -238,12 +247,12 @@ def _with_constraints(problem: Problem, gains: Gains, settings: Settings) -> tup
     Near singularities, where eq. 4.6 is damped, the larger gain keeps them near to that.
     """
     if not problem.constraints:
-        return tuple(problem.tasks), gains, settings
+        return nominal(problem.tasks), gains, settings
     K = gains.diagonal(count_rows(problem.tasks))
     kept = np.full(count_rows(problem.constraints), KEPT_GAIN * K.max())
     # What is left of the constraints' errors when the motion is brought back onto them may take from the tolerance.
     nearer = replace(settings, tolerance=NEARER * settings.tolerance)
-    return (*problem.constraints, *problem.tasks), replace(gains, gain=np.concatenate([kept, K])), nearer
+    return (*problem.constraints, *nominal(problem.tasks)), replace(gains, gain=np.concatenate([kept, K])), nearer
 
 
 METHODS: Mapping[str, type[PlanningMethod]] = MappingProxyType(

@@ -12,7 +12,7 @@ from humanoid_rail.kinematics.task import RelativeTask, Task
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.holding import Holding, hand_placement
 from humanoid_rail.planning.moves import Move
-from humanoid_rail.scene.targets import Pose, is_oriented, position
+from humanoid_rail.scene.targets import Pose, is_oriented, orientation, position
 
 
 def move_constraints(robot: Robot, move: Move, holding: Holding, q: Array) -> tuple[Task, ...]:
@@ -37,7 +37,7 @@ def _straight(robot: Robot, move: Move, holding: Holding, name: str, q: Array) -
     assert target is not None
     begin = there.act(offset)
     yield LineTask(hand, triple(begin), triple(np.array(position(target)) - begin), triple(offset))
-    if name in move.turned or (isinstance(target, Pose) and target.rpy is not None):
+    if name in move.turned or (isinstance(target, Pose) and orientation(target) is not None):
         yield _as_it_is(hand, there.rotation)
     elif is_oriented(target):
         pointing = robot.hands[robot.hand(hand)].pointing

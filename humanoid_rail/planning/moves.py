@@ -13,6 +13,7 @@ from itertools import zip_longest
 import numpy as np
 
 from humanoid_rail._arrays import triple
+from humanoid_rail.errors import InvalidInput
 from humanoid_rail.events import EventKind
 from humanoid_rail.scene.obstacles import name_of
 from humanoid_rail.scene.scene import Scene
@@ -53,6 +54,11 @@ class Move:
     """Whether the targets of the step are reached at its end."""
     said: str = ""
     """What messages call it, such as `step 2 of 3, the retreat`."""
+    choices: tuple[Step, ...] = ()
+    """What the hands have to reach with each combination of their alternatives, if they have some. The first is that of
+    `targets`."""
+    stated: Step | None = None
+    """The step as it is stated, with the alternatives, if there are some."""
     passes: bool = False
     """Whether the motion goes on to the next move without a rest."""
 
@@ -66,12 +72,33 @@ def moves_of(scene: Scene) -> tuple[Move, ...]:
     """Return the moves of a scene whose steps were checked."""
     found, held, touching = list[Move](), dict[str, tuple[str, ...]](), dict[str, tuple[str, ...]]()
     for number, step in enumerate(scene.steps):
-        moves, held, touching = _moves_of_step(scene, number, step, held, touching)
-        found += moves
+        combinations = [_moves_of_step(scene, number, one, held, touching) for one in step.combinations]
+        found += _merged(f"targets[{number}]", step, [moves for moves, _, _ in combinations])
+        _, held, touching = combinations[0]
     return tuple(
         replace(move, said=f"step {move.step + 1} of {len(scene.steps)}{move.said}", passes=_passes(move, after))
         for move, after in zip_longest(found, found[1:])
     )
+
+
+def _merged(where: str, step: Step, combinations: Sequence[Sequence[Move]]) -> Sequence[Move]:
+    """Return the moves of a step whose hands have alternatives, from those with each combination.
+
+    Raises:
+        InvalidInput: If one alternative of a hand has a straight way and another has none.
+    """
+    first, *others = combinations
+    for moves in others:
+        if [(move.straight, move.said) for move in moves] != [(move.straight, move.said) for move in first]:
+            raise InvalidInput(
+                where, step, "alternatives that all have a straight approach or retreat, or none of them"
+            )
+    if not others:
+        return first
+    return [
+        replace(moves[0], choices=tuple(move.targets for move in moves), stated=step)
+        for moves in zip(*combinations, strict=True)
+    ]
 
 
 def _passes(move: Move, after: Move | None) -> bool:

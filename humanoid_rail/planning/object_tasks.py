@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-import pinocchio as pin
 
 from humanoid_rail._arrays import triple
 from humanoid_rail.kinematics.task import PointTask, Task, orientation_lever
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.holding import Holding
-from humanoid_rail.scene.targets import Pose, Step, position
+from humanoid_rail.scene.targets import Pose, Step, orientation, position
 
 
 def object_tasks(robot: Robot, step: Step, holding: Holding) -> tuple[Task, ...]:
@@ -35,8 +34,7 @@ def _tasks(robot: Robot, step: Step, holding: Holding, name: str) -> Iterator[Po
     assert target is not None
     hand, place = held.hands[0], np.array(position(target))
     yield PointTask(hand, triple(place), triple(held.placement.translation))
-    if isinstance(target, Pose) and target.rpy is not None:
-        rotation = pin.rpy.rpyToMatrix(*target.rpy)
+    if isinstance(target, Pose) and (rotation := orientation(target)) is not None:
         for axis in np.eye(3)[:2] * orientation_lever(robot, hand):
             yield PointTask(hand, triple(place + rotation @ axis), triple(held.placement.act(axis)))
 

@@ -20,7 +20,7 @@ from humanoid_rail.resolution.qp import Safety
 from humanoid_rail.resolution.velocity import Gains, Objective
 from humanoid_rail.result import MAX_SAMPLES, Method, Optimisation, Search, Status
 from humanoid_rail.scene.scene import Scene, field_of_step
-from humanoid_rail.scene.targets import Pose, is_oriented
+from humanoid_rail.scene.targets import AnyOf, Pose, is_oriented
 from humanoid_rail.timing.timed_motion import TimedMotion
 
 ENGINES = ("native", "python")
@@ -45,6 +45,8 @@ class Planned:
     """How it was optimised; None if it was not to be."""
     constraints: tuple[Task, ...] = ()
     """What holds along it."""
+    taken: int = 0
+    """The number of the choice, from 0, that it reaches or was to reach, of those of its problem."""
 
 
 @runtime_checkable
@@ -278,7 +280,7 @@ def check_no_turns(scene: Scene) -> None:
     """
     for number, step in enumerate(scene.steps):
         for hand, target in step.items():
-            if isinstance(target, Pose) and is_oriented(target):
+            if isinstance(target, Pose | AnyOf) and is_oriented(target):
                 valid = "a point: only auto turns hands, and only among obstacles at rest"
                 field = f"{field_of_step(scene, number)}.{hand}"
                 raise InvalidInput(field, target.model_dump(exclude_none=True), valid)

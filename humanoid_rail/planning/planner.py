@@ -75,7 +75,8 @@ def plan(robot: Robot, scene: Scene, method: PlanningMethod | str = "auto") -> T
     check_size(robot, chosen)
     warn_of_units(robot, scene)
     warn_of_depth(robot, scene)
-    moves, start = moves_of(scene), within_position_limits(robot, start_of_scene(robot, scene), "initial")
+    moves = moves_of(scene)
+    start = within_position_limits(robot, start_of_scene(robot, scene), "initial", said_from=0.0)
     stage = after_happenings(first_stage(scene), robot, scene, moves[0], moves[0].begins, 0.0, start)
     first = move_problem(robot, scene, moves[0], stage, start)
     # The motion is judged with all hands, also those that have no target.
@@ -130,6 +131,7 @@ def _result(robot: Robot, scene: Scene, method: PlanningMethod, segments: Segmen
         samples = (motion.t, motion.q, None) if timed is None else (timed.t, timed.q, timed.velocity)
         certificate = replace(certificate, deviations=deviations_of(robot, segments.kept, *samples))
     status, reason = judged(certificate, method, motion.status, motion.reason)
+    reason = "; ".join([reason, *segments.said])
     if segments.optimisation is not None and segments.optimisation.stopped:
         reason += f"; {RESTS}: {segments.optimisation.stopped}"
     planning_time, diagnosis = time.perf_counter() - started, None

@@ -13,6 +13,7 @@ from humanoid_rail._arrays import Array, triple
 from humanoid_rail.diagnosis import Vector
 from humanoid_rail.kinematics.inverse_kinematics import InverseKinematics, Posture
 from humanoid_rail.kinematics.task import DirectionTask, PointTask, Task
+from humanoid_rail.kinematics.within_task import WithinTask, nominal
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.methods import Auto
 from humanoid_rail.problem import Problem
@@ -131,24 +132,30 @@ class Probe:
 
 def hand_of(task: Task) -> str | None:
     """Return the hand that a task is about; None if it is about none, or several."""
-    return task.hand if isinstance(task, PointTask | DirectionTask) else None
+    return task.hand if isinstance(task, PointTask | DirectionTask | WithinTask) else None
 
 
 def hands_with_targets(tasks: Sequence[Task]) -> list[str]:
     """Return the hands whose own points have a target."""
-    return [task.hand for task in tasks if isinstance(task, PointTask) and not any(task.offset)]
+    return [task.hand for task in nominal(tasks) if isinstance(task, PointTask) and not any(task.offset)]
 
 
 def target_of(tasks: Sequence[Task], hand: str) -> Vector:
-    """Return the target of a hand, m."""
-    return next(t.target for t in tasks if isinstance(t, PointTask) and t.hand == hand and not any(t.offset))
+    """Return the target of a hand, m; the middle of one with a tolerance."""
+    points = (task for task in nominal(tasks) if isinstance(task, PointTask) and not any(task.offset))
+    return next(task.target for task in points if task.hand == hand)
 
 
 def shifted(tasks: Sequence[Task], hand: str, shift: Array) -> tuple[Task, ...]:
     """Return tasks with all points of a hand shifted by (3,), m."""
-    return tuple(
-        replace(task, target=triple(np.add(task.target, shift)))
-        if isinstance(task, PointTask) and task.hand == hand
-        else task
-        for task in tasks
-    )
+    return tuple(_shifted(task, shift) if hand_of(task) == hand else task for task in tasks)
+
+
+def _shifted(task: Task, shift: Array) -> Task:
+    if isinstance(task, WithinTask) and isinstance(task.task, PointTask):
+        inner = _shifted(task.task, shift)
+        assert isinstance(inner, PointTask)
+        return replace(task, task=inner)
+    if isinstance(task, PointTask):
+        return replace(task, target=triple(np.add(task.target, shift)))
+    return task

@@ -13,6 +13,7 @@ from humanoid_rail._arrays import Array
 from humanoid_rail.events import Event
 from humanoid_rail.kinematics.joint_limits import JointMotion
 from humanoid_rail.kinematics.path_metric import PathQuality, path_quality
+from humanoid_rail.kinematics.task import ConfigurationTask
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.keeping import constraints_of
 from humanoid_rail.planning.kept import Kept
@@ -20,6 +21,7 @@ from humanoid_rail.planning.move_constraints import move_constraints
 from humanoid_rail.planning.moves import WHY_REST, Move
 from humanoid_rail.planning.object_tasks import hands_in, object_tasks
 from humanoid_rail.planning.options import Planned, PlanningMethod
+from humanoid_rail.planning.said_of_end import said_of_end
 from humanoid_rail.planning.stage import Stage, after_happenings
 from humanoid_rail.planning.target_tasks import tasks_of
 from humanoid_rail.problem import Problem
@@ -62,6 +64,8 @@ class Segments:
     """What happens to objects."""
     ends: tuple[float, ...] = ()
     """When each move ends, s."""
+    said: tuple[str, ...] = ()
+    """Which alternatives were taken, and how far hands are from targets that have a tolerance."""
 
 
 def plan_segments(
@@ -80,7 +84,10 @@ def plan_segments(
     started = time.perf_counter()
     planned, problems, begun, start = list[Planned](), list[Problem](), 0.0, first.q
     unreached: Unreached | None = None
-    for number, move in enumerate(moves):
+    taken: dict[int, int] = {}
+    for number, one in enumerate(moves):
+        # All moves of a step go to the same alternatives.
+        move = replace(one, targets=one.choices[taken[one.step]], choices=()) if one.step in taken else one
         if begun >= method.max_time:
             reason = f"the longest motion allowed, max_time = {method.max_time:g} s, is over"
             planned.append(Planned(_standstill(start, Status.TIME_LIMIT, reason), ""))
@@ -91,6 +98,9 @@ def plan_segments(
         spent = time.perf_counter() - started
         found = _for_its_hands(method, robot, problem).plan(problem, number, spent, begun)
         planned.append(replace(found, constraints=tuple(problem.constraints)))
+        if move.choices:
+            taken[move.step] = found.taken
+        problem = problem.taking(found.taken)
         problems.append(problem)
         if planned[-1].motion.status is not Status.REACHED:
             unreached = Unreached(move.step, problem, planned[-1])
@@ -102,7 +112,9 @@ def plan_segments(
             begun = sum(float(one.motion.t[-1]) for one in planned)
         start = planned[-1].motion.q[-1]
         stage = after_happenings(stage, robot, scene, move, move.ends, begun, start)
-    return replace(joined(robot, planned, moves), unreached=unreached, events=stage.events)
+    ends = [(moves[i], problem, planned[i]) for i, problem in enumerate(problems)]
+    said = tuple(text for move, problem, one in ends for text in said_of_end(move, problem, one, taken))
+    return replace(joined(robot, planned, moves), unreached=unreached, events=stage.events, said=said)
 
 
 def _first_of_group(moves: Sequence[Move], last: int) -> int:
@@ -127,20 +139,25 @@ def move_problem(robot: Robot, scene: Scene, move: Move, stage: Stage, start: Ar
     aimed = whole.with_hands([name for name in robot.hand_names if move.targets.get(name) is not None])
     tasks = (*tasks_of(aimed, move.targets), *object_tasks(whole, move.targets, stage.holding))
     needed = {hand for task in (*tasks, *constraints) for hand in hands_in(task)}
-    hands = whole.with_hands([*aimed.hand_names, *needed, *kept_hands(keep)])
-    return Problem(hands, there, tasks, start, constraints)
+    # Where joints alone have to be somewhere, the motion is planned with all hands.
+    hands = whole.with_hands([*aimed.hand_names, *needed, *kept_hands(keep)] or robot.hand_names)
+    choices = [(*tasks_of(aimed, targets), *object_tasks(whole, targets, stage.holding)) for targets in move.choices]
+    return Problem(hands, there, tasks, start, constraints, choices)
 
 
 def _for_its_hands(method: PlanningMethod, robot: Robot, problem: Problem) -> PlanningMethod:
     """Return the method with the gains of the hands alone that have targets, if it has one for each coordinate."""
     gain = np.ravel(np.asarray(method.gains.gain, float))
-    if gain.size == 1 or problem.robot is robot:
+    has_joints = any(isinstance(task, ConfigurationTask) for task in problem.tasks)
+    if gain.size == 1 or (problem.robot is robot and not has_joints):
         return method
     names = [
         name for name in problem.robot.hand_names if any(getattr(task, "hand", "") == name for task in problem.tasks)
     ]
     rows = [3 * robot.hand_names.index(name) + axis for name in names for axis in range(3)]
-    return replace(method, gain=tuple(gain[rows]))  # type: ignore[type-var]
+    # Joints that have to be somewhere get there as fast as the fastest coordinate.
+    others = sum(task.rows for task in problem.tasks if isinstance(task, ConfigurationTask))
+    return replace(method, gain=(*gain[rows], *[gain.max()] * others))  # type: ignore[type-var]
 
 
 def arrival(times: Sequence[float]) -> str:

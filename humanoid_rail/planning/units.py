@@ -12,7 +12,7 @@ from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.covers import HeightField, PointCloud
 from humanoid_rail.scene.obstacles import HalfSpace, Mesh, Obstacle, name_of
 from humanoid_rail.scene.scene import Scene, field_of_step
-from humanoid_rail.scene.targets import position
+from humanoid_rail.scene.targets import alternatives, position
 
 FAR = 10.0
 """What is farther from the base than this many times what any hand reaches has nothing to do with the robot."""
@@ -35,7 +35,8 @@ def warn_of_units(robot: Robot, scene: Scene) -> None:
 def _far_targets(scene: Scene, reach: float) -> Iterator[str]:
     for number, step in enumerate(scene.steps):
         for hand, target in step.items():
-            if target is not None and _is_in_millimetres(float(np.linalg.norm(position(target))), reach):
+            points = [position(one) for one in alternatives(target) if one is not None]
+            if any(_is_in_millimetres(float(np.linalg.norm(point)), reach) for point in points):
                 yield f"{field_of_step(scene, number)}.{hand}"
 
 

@@ -7,10 +7,10 @@ import os
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
 import numpy as np
-from pydantic import BeforeValidator, Field, ValidationError, field_validator
+from pydantic import BeforeValidator, Field, ValidationError, field_validator, model_validator
 
 from humanoid_rail._arrays import Array, frozen
 from humanoid_rail._resources import resource
@@ -20,13 +20,17 @@ from humanoid_rail.errors import MISSING, InvalidInput, did_you_mean
 from humanoid_rail.model.position_limits import within_position_limits
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.model.robot_file import Start
+from humanoid_rail.scene.frames import in_base
 from humanoid_rail.scene.groups import SceneObstacles
+from humanoid_rail.scene.joint_targets import check_joint_targets
 from humanoid_rail.scene.keep import check_keep
 from humanoid_rail.scene.objects import check_holding, check_objects, check_straight, held_targets
 from humanoid_rail.scene.obstacles import Obstacle
 from humanoid_rail.scene.robot_of_scene import SceneRobot, load_named_robot
-from humanoid_rail.scene.targets import Step, Targets, position
+from humanoid_rail.scene.targets import AnyOf, Step, Targets, alternatives, position
 
+MOST_COMBINATIONS = 64
+"""The alternatives of the hands may be combined in so many ways in a step."""
 OWN = "scenes"
 """The scenes that come with the package are in a folder of this name."""
 
@@ -48,7 +52,8 @@ class Scene(Frozen):
     by joint, where the others stand at the robot's own start, as all do if it is not given."""
     targets: Targets
     """What each hand has to reach, by the hand's name: a point [x, y, z], a :class:`Pose`, or None for a hand that may
-    stay wherever is convenient. Or a list of these, to be reached one after the other."""
+    stay wherever is convenient; and where joints have to be, as `joints` by their names, or as the name of a `posture`.
+    Or a list of these, to be reached one after the other."""
     obstacles: SceneObstacles = ()
     """What the links have to keep clear of. Groups and shelves are what they are made of once the scene is made."""
     objects: Annotated[tuple[Obstacle, ...], BeforeValidator(plain)] = ()
@@ -67,8 +72,16 @@ class Scene(Frozen):
 
     @property
     def steps(self) -> tuple[Step, ...]:
-        """The targets, as those of one step after the other."""
-        return self.targets if isinstance(self.targets, tuple) else (self.targets,)
+        """The targets, as those of one step after the other, all in the base frame."""
+        given = self.targets if isinstance(self.targets, tuple) else (self.targets,)
+        shapes = (*self.obstacles, *self.objects)
+        return tuple(in_base(step, shapes, field_of_step(self, number)) for number, step in enumerate(given))
+
+    @model_validator(mode="after")
+    def _knows_frames(self) -> Self:
+        """Check that the targets are in frames of the scene."""
+        assert self.steps
+        return self
 
 
 def load_scene(path: str | Path) -> Scene:
@@ -179,20 +192,37 @@ def check_scene(robot: Robot, scene: Scene) -> None:
                 valid += ", or for an object of the scene" if scene.objects else ""
                 valid += did_you_mean(hand, known)
                 raise InvalidInput(f"{where}.{hand}", target, valid)
-            point = (0.0, 0.0, 0.0) if target is None else position(target)
-            if len(point) != 3 or not all(math.isfinite(x) for x in point):
+            points = [(0.0, 0.0, 0.0) if one is None else position(one) for one in alternatives(target)]
+            if not all(len(point) == 3 and all(math.isfinite(x) for x in point) for point in points):
                 raise InvalidInput(f"{where}.{hand}", target, "three finite numbers")
             check_straight(robot, f"{where}.{hand}", target)
+            if isinstance(target, AnyOf) and hand not in robot.hand_names:
+                raise InvalidInput(f"{where}.{hand}", target, "one target: any_of is for hands, not for objects")
+        _check_combinations(step, where)
         holding = {hand for hands in held_targets(scene.steps, number).values() for hand in hands}
         for hand in robot.hand_names:
-            if hand not in step and hand not in holding:
+            if hand not in step and hand not in holding and not step.has_joints:
                 valid = f"a target [x, y, z] for each of {_list(robot.hand_names)}, null for a hand that has none"
                 raise InvalidInput(f"{where}.{hand}", MISSING, valid)
         check_keep(robot.hand_names, step.keep, where)
-        if all(target is None for target in step.values()):
-            raise InvalidInput(where, step, "a target for one hand at least")
+        check_joint_targets(robot, step, where)
+        if all(target is None for target in step.values()) and not step.has_joints:
+            raise InvalidInput(where, step, "a target for one hand at least, or for joints")
     check_holding(robot, scene.objects, scene.obstacles, scene.steps)
     within_position_limits(robot, start_of_scene(robot, scene), "initial")
+
+
+def _check_combinations(step: Step, where: str) -> None:
+    """Check that there are not too many combinations of the hands' alternatives.
+
+    Raises:
+        InvalidInput: If there are.
+    """
+    sizes = {hand: len(target.any_of) for hand, target in step.items() if isinstance(target, AnyOf)}
+    if (count := math.prod(sizes.values())) > MOST_COMBINATIONS:
+        said = " times ".join(f"{size} for {hand}" for hand, size in sizes.items())
+        valid = f"at most {MOST_COMBINATIONS} combinations of alternatives, not {count}: {said}"
+        raise InvalidInput(where, list(sizes), valid)
 
 
 def field_of_step(scene: Scene, number: int) -> str:
@@ -208,7 +238,7 @@ def target_points(robot: Robot, scene: Scene) -> Array:
     """
     (step, *others) = scene.steps
     points = [step.get(name) for name in robot.hand_names]
-    if others or not all(isinstance(point, tuple) for point in points):
+    if others or step.has_joints or not all(isinstance(point, tuple) for point in points):
         raise InvalidInput("targets", scene.targets, "one point [x, y, z] for each hand, for this method")
     return np.array(points, float)
 

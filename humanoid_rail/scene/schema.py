@@ -16,7 +16,8 @@ def scene_schema(robot: Robot) -> dict[str, Any]:
     schema = Scene.model_json_schema()
     hands = {
         "properties": dict.fromkeys((*Step.model_fields, *robot.hand_names), True),
-        "required": list(robot.hand_names),
+        # Where joints have to be somewhere, hands need not be named.
+        "anyOf": [{"required": list(robot.hand_names)}, {"required": ["joints"]}, {"required": ["posture"]}],
         "additionalProperties": False,
     }
     schema["if"] = {"properties": {"robot": {"type": "null"}}}

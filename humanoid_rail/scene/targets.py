@@ -3,100 +3,56 @@
 from __future__ import annotations
 
 from collections.abc import ItemsView, Iterator, KeysView, Mapping, Sequence, ValuesView
-from typing import TYPE_CHECKING, Annotated, Self
+from itertools import product
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
-import pinocchio as pin
-from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
+from pydantic import BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticCustomError
 
-from humanoid_rail._arrays import Array
-from humanoid_rail._validation import Angles, Frozen, Positive, Vector, plain
+from humanoid_rail._validation import Frozen, Number, plain
 from humanoid_rail.errors import did_you_mean
 from humanoid_rail.scene.keep import Keep, plain_keep
-from humanoid_rail.scene.obstacles import not_zero
+from humanoid_rail.scene.poses import (
+    ANY_AXIS,
+    AnyOf,
+    Line,
+    Pose,
+    Straight,
+    Target,
+    alternatives,
+    direction,
+    is_oriented,
+    orientation,
+    pointing_direction,
+    position,
+)
 
-ANY_AXIS = (1.0, 0.0, 0.0)
-"""This axis of its frame shows how a hand is turned that points nowhere."""
+__all__ = [
+    "ANY_AXIS",
+    "SAME",
+    "AnyOf",
+    "Line",
+    "Pose",
+    "Step",
+    "Straight",
+    "Target",
+    "Targets",
+    "alternatives",
+    "direction",
+    "is_oriented",
+    "numbers_there",
+    "orientation",
+    "pointing_direction",
+    "position",
+]
+
 SAME = 1e-6
 """Targets that differ by no more than this along each axis are at the same place, m."""
 
 
-class Straight(Frozen):
-    """A straight way of a hand to its target or away from it."""
-
-    direction: Annotated[Vector, AfterValidator(not_zero)]
-    """Along which the hand moves, of any length."""
-    distance: Positive
-    """How far, m."""
-    pointing: bool = False
-    """Whether the hand points in this direction at the target; it may turn about it."""
-
-
-def _kind_of_approach(value: object) -> str:
-    return "<straight>" if isinstance(value, Mapping | Straight) else "<direction>"
-
-
-class Pose(Frozen):
-    """A point that a hand has to reach, how it has to be turned there, and how it comes and goes."""
-
-    position: Vector
-    """Where the hand has to be, m."""
-    approach: (
-        Annotated[
-            Annotated[Annotated[Vector, AfterValidator(not_zero)], Tag("<direction>")]
-            | Annotated[Straight, Tag("<straight>")],
-            Discriminator(_kind_of_approach),
-        ]
-        | None
-    ) = None
-    """Direction along which the hand has to point, of any length; it may turn about it. Or a :class:`Straight`: the
-    hand comes straight along it, and need not point anywhere."""
-    retreat: Straight | None = None
-    """The straight way that the hand takes from there, once it has grasped or released what the step says."""
-    rpy: Angles | None = None
-    """Orientation of the hand's frame as in URDF: roll, pitch and yaw about the fixed axes x, y, z, rad."""
-
-    @model_validator(mode="after")
-    def _at_most_one(self) -> Self:
-        if pointing_direction(self) is not None and self.rpy is not None:
-            raise ValueError("approach or rpy, not both")
-        return self
-
-
-def _kind_of_target(value: object) -> str:
-    if value is None:
-        return "<free>"
-    if isinstance(value, Line) or (isinstance(value, Mapping) and _is_line(value)):
-        return "<line>"
-    return "<pose>" if isinstance(value, Mapping | Pose) else "<point>"
-
-
-def _is_line(keys: Mapping[str, object]) -> bool:
-    return "end" in keys or ("start" in keys and "position" not in keys)
-
-
 def _kind_of_targets(value: object) -> str:
     return "<one after the other>" if isinstance(value, list | tuple) else "<once>"
-
-
-class Line(Frozen):
-    """A straight path of a hand, which keeps its orientation on it."""
-
-    end: Vector
-    """The point where it ends, m."""
-    start: Vector | None = None
-    """The point where it begins, m, to which the hand moves first; where the hand is if not given."""
-
-
-Target = Annotated[
-    Annotated[Vector, Tag("<point>")]
-    | Annotated[Pose, Tag("<pose>")]
-    | Annotated[Line, Tag("<line>")]
-    | Annotated[None, Tag("<free>")],
-    Discriminator(_kind_of_target),
-]
-"""A point, a pose, a line, or None for a hand that may stay wherever is convenient."""
 
 
 class Step(Frozen):
@@ -108,6 +64,11 @@ class Step(Frozen):
     model_config = ConfigDict(extra="allow")
     __pydantic_extra__: dict[str, Target]
 
+    joints: Mapping[str, Number] = {}
+    """Where joints have to be, by their names, m and rad. It counts before the posture."""
+    posture: str | None = None
+    """The name of a posture of the robot. Its joints have to be there, but for those that move a hand which has a
+    target."""
     stop: bool = True
     """Whether the motion rests at these targets. If not, it passes them and goes on to the next ones; those of the last
     step it always rests at."""
@@ -137,7 +98,11 @@ class Step(Frozen):
         left = [name for name in cls.model_fields if name not in data]
         for i, (key, value) in enumerate(data.items()):
             near = did_you_mean(str(key), left)
-            is_target = isinstance(value, Mapping) and value.keys() & {*Pose.model_fields, *Line.model_fields}
+            is_target = isinstance(value, Mapping) and value.keys() & {
+                *Pose.model_fields,
+                *Line.model_fields,
+                *AnyOf.model_fields,
+            }
             if near and key not in cls.model_fields and isinstance(value, Mapping) and not is_target:
                 valid = f"the name of a hand with its target, or one of {', '.join(cls.model_fields)}{near}"
                 raise PydanticCustomError("unknown_key", "{valid}", {"valid": valid, "number": i})
@@ -155,13 +120,19 @@ class Step(Frozen):
         return iter(self.hands)
 
     def __getitem__(self, hand: str) -> Target:
-        return self.hands[hand]
+        """Return the target of a hand; None for one that is not named where joints have to be somewhere."""
+        return self.hands.get(hand) if self.has_joints else self.hands[hand]
 
     def __contains__(self, hand: object) -> bool:
         return hand in self.hands
 
     def __len__(self) -> int:
         return len(self.hands)
+
+    @property
+    def has_joints(self) -> bool:
+        """Whether joints have to be somewhere."""
+        return bool(self.joints) or self.posture is not None
 
     def get(self, hand: str) -> Target:
         """Return the target of a hand; None also for a hand that has none."""
@@ -179,9 +150,32 @@ class Step(Frozen):
         """Return the names of the hands with their targets."""
         return self.hands.items()
 
+    @property
+    def combinations(self) -> tuple[Step, ...]:
+        """The steps of which one has to be done: with every combination of the hands' alternatives."""
+        if not any(isinstance(target, AnyOf) for target in self.values()):
+            return (self,)
+        choices = product(*map(alternatives, self.values()))
+        return tuple(self.with_targets(dict(zip(self, chosen, strict=True))) for chosen in choices)
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Step:
+        """Return a copy with some fields or targets changed, validated like any other.
+
+        Args:
+            update: The fields to change, or targets by the names of hands.
+            deep: Has no effect: nothing here can be changed.
+
+        Raises:
+            InvalidInput: If a field is not valid.
+        """
+        return Step(**{**self._fields(), **self.hands, **(update or {})})
+
+    def _fields(self) -> dict[str, Any]:
+        return {name: getattr(self, name) for name in type(self).model_fields}
+
     def with_targets(self, hands: Mapping[str, Target]) -> Step:
         """Return the same step with other targets, by the names of the hands."""
-        return Step(**{**{name: getattr(self, name) for name in type(self).model_fields}, **hands})
+        return Step(**{**self._fields(), **hands})
 
 
 if TYPE_CHECKING:
@@ -195,56 +189,23 @@ else:
     """One step, or several that follow each other."""
 
 
-def position(target: Vector | Pose | Line) -> Vector:
-    """Return the point of a target, m; of a line its end."""
-    match target:
-        case Pose():
-            return target.position
-        case Line():
-            return target.end
-    return target
-
-
-def pointing_direction(pose: Pose) -> Vector | None:
-    """Return the direction in which the hand has to point; None if none is given."""
-    if isinstance(pose.approach, Straight):
-        return pose.approach.direction if pose.approach.pointing else None
-    return pose.approach
-
-
-def direction(target: Target, pointing: tuple[float, float, float] | None) -> Array | None:
-    """Return the unit vector (3,) in which a target has a hand point; None if it may point anywhere.
-
-    Args:
-        target: The target.
-        pointing: The direction in the hand's frame in which it points; `ANY_AXIS` if it points nowhere.
-    """
-    if not isinstance(target, Pose) or not is_oriented(target):
-        return None
-    axis = np.array(pointing or ANY_AXIS)
-    along = np.array(pointing_direction(target) if target.rpy is None else pin.rpy.rpyToMatrix(*target.rpy) @ axis)
-    unit: Array = along / np.linalg.norm(along)
-    return unit
-
-
-def is_oriented(target: Target) -> bool:
-    """Return whether a target asks for more than a point."""
-    return isinstance(target, Pose) and (pointing_direction(target) is not None or target.rpy is not None)
-
-
-def numbers_there(steps: Sequence[Step], step: int, hand: str) -> str:
+def numbers_there(steps: Sequence[Step], step: int, hand: str, choice: int = 0) -> str:
     """Return the numbers from 1 of all steps in which a hand has its target where it has it in one, such as `2, 3`.
 
     Args:
         steps: The targets of each step, by hand.
         step: The one, from 0, in which the hand has a target.
         hand: Name of the hand.
+        choice: Which of its targets it is there, from 0, if it has several of which one has to be reached.
     """
-    there = steps[step][hand]
+    there = alternatives(steps[step][hand])[choice]
     assert there is not None
     same = [
         number
         for number, targets in enumerate(steps, start=1)
-        if (other := targets[hand]) is not None and np.allclose(position(other), position(there), rtol=0.0, atol=SAME)
+        if any(
+            one is not None and np.allclose(position(one), position(there), rtol=0.0, atol=SAME)
+            for one in alternatives(targets.get(hand))
+        )
     ]
     return ", ".join(map(str, same))

@@ -105,18 +105,22 @@ def find_path(
             search.sample(QUICK_CHECKS)
         if search.best is not None:
             return _found(problem, search, 0, np.empty((0, problem.robot.n)), np.inf)
+    given = problem
+    # Where the safe velocity goes, and what is known of it, is about one choice.
+    taken = given.nearest if search is None or not search.goals else search.choice_at(search.goals[0])
+    problem = given.taking(taken)
     left = max(0.0, deadline - time.perf_counter())
     motion, found = _follow_safely(problem, gains, safety, replace(settings, max_planning_time=left))
     if found is not None:
-        return found
+        return replace(found, taken=taken)
     arrived = _has_arrived(problem, motion)
     if not arrived:
-        fault = _unreachable(problem, safety, settings, budget, deadline)
-        if fault is not None:
-            return PathResult(*fault, motion.evaluations)
+        faults = [_unreachable(given.taking(i), safety, settings, budget, deadline) for i in _order(given, taken)]
+        if faults[0] is not None and None not in faults:
+            return PathResult(*faults[0], motion.evaluations, taken=taken)
     first, distance, least = _first_clear(problem.native, motion.q, distance)
     if search is None:
-        search = _search(problem, motion.q[first], distance, settings, budget, deadline)
+        search = _search(given, motion.q[first], distance, settings, budget, deadline)
     search.seeds = chain([motion.q[-1]], search.seeds)
     if arrived:
         search.arrive(QP, motion.q[first:])
@@ -125,8 +129,8 @@ def find_path(
         search.go_straight()
     search.sample()
     if search.best is not None:
-        return _found(problem, search, motion.evaluations, motion.q[:first], least)
-    result = _result(search, motion.evaluations)
+        return _found(given, search, motion.evaluations, motion.q[:first], least)
+    result = replace(_result(search, motion.evaluations), taken=taken)
     inside = [] if search.known else list(targets_inside(problem.tasks, problem.obstacles))
     return replace(result, reason="; ".join([result.reason, *inside]))
 
@@ -140,7 +144,7 @@ def _search(
         checker=EdgeChecker(problem.robot, problem.obstacles, distance),
         sampler=Sampler(problem.robot, problem.obstacles, distance, deadline, problem.constraints),
         solver=InverseKinematics(problem.robot, problem.obstacles),
-        tasks=(*problem.tasks, *problem.constraints),
+        choices=[(*tasks, *problem.constraints) for tasks in problem.choices],
         distance=distance,
         start=start,
         seeds=seeds(problem.robot, start, budget.random),
@@ -161,7 +165,13 @@ def _found(problem: Problem, search: PathSearch, evaluations: int, beginning: Ar
         path=path,
         checker=checker,
         found_by=search.found_by,
+        taken=search.choice_at(path[-1]),
     )
+
+
+def _order(problem: Problem, first: int) -> list[int]:
+    """Return the numbers of the choices of a problem, a given one first."""
+    return [first, *(i for i in range(len(problem.choices)) if i != first)]
 
 
 def _has_arrived(problem: Problem, motion: Integration) -> bool:

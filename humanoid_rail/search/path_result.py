@@ -31,6 +31,8 @@ class PathResult:
     """`qp`, `straight line` or `rrt-connect`; empty if there is no path."""
     raw: Array | None = None
     """The first path of the sampling planner (K, n), as it was; None if that was not needed."""
+    taken: int = 0
+    """The number of the choice, from 0, that the path reaches, or that the reason is about."""
     goals: int = 0
     """The number of goals to choose from."""
     checks: int = 0

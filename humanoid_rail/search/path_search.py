@@ -73,7 +73,8 @@ class PathSearch:
     checker: EdgeChecker
     sampler: Sampler
     solver: InverseKinematics
-    tasks: Sequence[Task]
+    choices: Sequence[Sequence[Task]]
+    """What may be reached, of which one has to be."""
     distance: float
     """The distance that a goal keeps from everything, m."""
     start: Array
@@ -104,6 +105,12 @@ class PathSearch:
     explored: Array | None = None
     """Configurations (K, n) that the last sampling that failed has paths to from the start."""
 
+    def choice_at(self, q: Array) -> int:
+        """Return the number of the choice whose error is smallest at a configuration (n,)."""
+        if len(self.choices) == 1:
+            return 0
+        return int(np.argmin([np.linalg.norm(self.solver.evaluate(q, tasks)[0]) for tasks in self.choices]))
+
     def is_timed_out(self) -> bool:
         """Return whether planning has to be cut off."""
         return time.perf_counter() > self.deadline
@@ -124,7 +131,7 @@ class PathSearch:
 
         Where it is not, other paths to goals are looked for first, but not for long.
         """
-        posture = self.solver.solve(path[-1], self.tasks, self.distance)
+        posture = self.solver.solve(path[-1], self.choices[self.choice_at(path[-1])], self.distance)
         last = self.sampler.straight(self.checker, path[-1], posture.q) if posture.reached else None
         if last is not None:
             self.consider(found_by, np.vstack([path, last[1:]]))
@@ -137,7 +144,8 @@ class PathSearch:
         tried = 0
         while tried < most and not self.is_timed_out() and (tried < count or len(found) < GOALS):
             starts = list(islice(self.seeds, min(TOGETHER, (count if tried < count else most) - tried)))
-            found += self.solver.reached(starts, self.tasks, self.distance)
+            for tasks in self.choices:
+                found += self.solver.reached(starts, tasks, self.distance)
             tried += len(starts)
         self.tried += tried
         return found
@@ -146,7 +154,7 @@ class PathSearch:
         """Return a goal pulled towards the start, once."""
         if self.is_timed_out() or any(goal is one for one in self.pulled):
             return goal
-        self.pulled.append(self.solver.pulled(goal, self.start, self.tasks, self.distance))
+        self.pulled.append(self.solver.pulled(goal, self.start, self.choices[self.choice_at(goal)], self.distance))
         return self.pulled[-1]
 
     def choose_goals(self, objective: Callable[[Array], float], last: bool = False) -> None:

@@ -13,7 +13,8 @@ from humanoid_rail._arrays import Array
 from humanoid_rail.errors import short
 from humanoid_rail.kinematics.inverse_kinematics import InverseKinematics
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
-from humanoid_rail.kinematics.task import DirectionTask, PointTask, RelativeTask, Task
+from humanoid_rail.kinematics.task import DirectionTask, PointTask, RelativeTask, Task, orientation_lever
+from humanoid_rail.kinematics.within_task import WithinTask, nominal
 from humanoid_rail.model.robot import Robot, called
 from humanoid_rail.resolution.velocity import Gains
 from humanoid_rail.search.goal_sampler import seeds
@@ -55,7 +56,7 @@ def out_of_reach(
         TimedOut: If the deadline comes first.
     """
     judge = _Reach(robot, start, random, deadline)
-    reached, turned = followed(tasks), turning(tasks)
+    reached, turned = _followed(tasks), turning(tasks)
     together = judge.excess(reached, tolerance, REACH_SEEDS)
     if together is not None:
         return _too_far(judge, reached, together, tolerance)
@@ -65,7 +66,14 @@ def out_of_reach(
 
 
 def followed(tasks: Sequence[Task]) -> tuple[Task, ...]:
-    """Return the tasks that a velocity is to follow: all but those that turn hands, whose rows are dependent."""
+    """Return the tasks that a velocity is to follow: all but those that turn hands, whose rows are dependent.
+
+    Those with a tolerance lead to its middle.
+    """
+    return nominal(_followed(tasks))
+
+
+def _followed(tasks: Sequence[Task]) -> tuple[Task, ...]:
     return tuple(task for task, kept in zip(tasks, _are_followed(tasks), strict=True) if kept)
 
 
@@ -90,6 +98,8 @@ def _are_followed(tasks: Sequence[Task]) -> list[bool]:
 
 
 def _turns(task: Task) -> bool:
+    if isinstance(task, WithinTask):
+        return type(task.task) is not PointTask or _turns(task.task)
     return type(task) is DirectionTask or (type(task) is PointTask and any(task.offset))
 
 
@@ -140,14 +150,14 @@ def _too_far(judge: _Reach, tasks: Sequence[Task], together: float, tolerance: f
 
 def _named(task: Task) -> tuple[str, str]:
     """Return what errors call a task, and the unit of its error."""
-    if isinstance(task, PointTask):
+    if isinstance(task, PointTask | WithinTask):
         return f"the target of {called(task.hand)}", "m"
     return f"what {short(task)} asks for", "m" if isinstance(task, DirectionTask | RelativeTask) else "(m or rad)"
 
 
 def _not_turned(judge: _Reach, tasks: Sequence[Task], together: float) -> str:
     """Say which hands cannot be turned as they have to be, or that they cannot be at once."""
-    of_hands = [task for task in tasks if isinstance(task, PointTask | DirectionTask)]
+    of_hands = [task for task in tasks if isinstance(task, PointTask | DirectionTask | WithinTask)]
     turned = {hand: [t for t in of_hands if t.hand == hand] for hand in judge.robot.hand_names}
     turned = {hand: some for hand, some in turned.items() if any(map(_turns, some))}
     alone = {hand: judge.excess(some, TURNED, TURN_SEEDS) for hand, some in turned.items()}
@@ -164,13 +174,17 @@ def _not_turned(judge: _Reach, tasks: Sequence[Task], together: float) -> str:
     return f"each hand can be turned as it has to be, but not {'both' if len(turned) == 2 else 'all'} at once: {left}"
 
 
-def _degrees(robot: Robot, error: float, tasks: Sequence[PointTask | DirectionTask]) -> str:
+def _degrees(robot: Robot, error: float, tasks: Sequence[PointTask | DirectionTask | WithinTask]) -> str:
     """Return by how much a hand is turned wrongly, or more, if tasks have that error in m.
 
     Turned by an angle, a hand at its target has each of its further points off by 2 lever sin(angle / 2), or less.
     """
-    levers = [
-        task.lever_of(robot) if isinstance(task, DirectionTask) else float(np.linalg.norm(task.offset))
-        for task in tasks
-    ]
+    levers = [_lever(robot, task) for task in tasks]
     return f"{np.rad2deg(2.0 * np.arcsin(min(1.0, error / (2.0 * float(np.linalg.norm(levers)))))):.2g}"
+
+
+def _lever(robot: Robot, task: PointTask | DirectionTask | WithinTask) -> float:
+    """Return what turns an angle of a hand into the error of a task, m."""
+    if isinstance(task, WithinTask):
+        return orientation_lever(robot, task.hand) if _turns(task) else 0.0
+    return task.lever_of(robot) if isinstance(task, DirectionTask) else float(np.linalg.norm(task.offset))

@@ -12,7 +12,7 @@ from humanoid_rail.kinematics.kinematics import Kinematics
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import HalfSpace
 from humanoid_rail.scene.scene import Scene, start_of_scene
-from humanoid_rail.scene.targets import position
+from humanoid_rail.scene.targets import alternatives, position
 from humanoid_rail.trajectory import Trajectory
 from humanoid_rail.viewer.line_of_sight import hidden_hands
 from humanoid_rail.viewer.occlusion import blockers, hidden
@@ -74,7 +74,8 @@ def best_view(robot: Robot, scene: Scene, *trajectories: Trajectory, wide: float
         trajectories: The motion, or several of the same robot; without any the robot is looked at where it starts.
         wide: Pictures are taken to be wider than high by this factor.
     """
-    targets = [np.array(position(target)) for step in scene.steps for target in step.values() if target is not None]
+    stated = [one for step in scene.steps for target in step.values() for one in alternatives(target)]
+    targets = [np.array(position(target)) for target in stated if target is not None]
     seen, points, times, kinematics = [*targets], [*targets], [0.0] * len(targets), Kinematics(robot)
     moments = [moment for trajectory in trajectories for moment in _moments(trajectory)]
     for t, q in moments or [(0.0, start_of_scene(robot, scene))]:

@@ -10,7 +10,7 @@ import numpy as np
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import is_moving, name_of
 from humanoid_rail.scene.scene import Scene
-from humanoid_rail.scene.targets import numbers_there, position
+from humanoid_rail.scene.targets import alternatives, numbers_there, position
 from humanoid_rail.trajectory import Trajectory
 from humanoid_rail.viewer.camera import HALF_HEIGHT, SHARE, View
 from humanoid_rail.viewer.closest_pairs import Closest
@@ -46,10 +46,11 @@ def scene_data(robot: Robot, scene: Scene, view: View, floor: float) -> dict[str
         },
         "steps": len(scene.steps),
         "targets": [
-            {"steps": numbers_there(scene.steps, number, hand), "hand": hand, "position": list(position(target))}
+            {"steps": numbers_there(scene.steps, number, hand, choice), "hand": hand, "position": list(position(one))}
             for number, step in enumerate(scene.steps)
             for hand, target in step.items()
-            if target is not None
+            for choice, one in enumerate(alternatives(target))
+            if one is not None
         ],
         "clearanceColours": [[at, f"#{colour:06x}"] for at, colour in CLEARANCE_SCALE],
         "penetrationColour": f"#{PENETRATION_COLOUR:06x}",

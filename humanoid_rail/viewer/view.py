@@ -17,7 +17,7 @@ from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import HalfSpace
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.scene.shapes import placed_shapes
-from humanoid_rail.scene.targets import direction, position
+from humanoid_rail.scene.targets import alternatives, direction, position
 from humanoid_rail.trajectory import Trajectory
 from humanoid_rail.viewer.camera import ZOOM
 from humanoid_rail.viewer.closest_pairs import ClosestPairs, trace_clearance
@@ -44,10 +44,11 @@ def draw_scene(view: meshcat.Visualizer, robot: Robot, scene: Scene) -> None:
     draw_obstacles(view["obstacles"], scene.obstacles)
     for number, step in enumerate(scene.steps):
         for i, hand in enumerate(robot.hands):
-            if (target := step[hand.name]) is not None:
-                pointing = direction(target, hand.pointing)
-                at = np.array(position(target))
-                draw_target(view[f"targets/{number}"][node_name(hand.name)], at, pointing, hand_colour(i), scale(robot))
+            stated = [one for one in alternatives(step.get(hand.name)) if one is not None]
+            for k, target in enumerate(stated):
+                pointing, at = direction(target, hand.pointing), np.array(position(target))
+                name = node_name(hand.name) if k == 0 else f"{node_name(hand.name)}-{k + 1}"
+                draw_target(view[f"targets/{number}"][name], at, pointing, hand_colour(i), scale(robot))
 
 
 def draw_motion(
