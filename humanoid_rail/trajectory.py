@@ -265,6 +265,7 @@ class Trajectory:
             "violations": [asdict(violation) for violation in self.violations],
             "arrivals": list(self.arrivals),
             **({"events": events_data(self.events)} if self.events else {}),
+            **({"ends": list(self.motion.ends)} if self.motion.ends else {}),
             "peaks": None if self.timing is None else [_finite(asdict(peak)) for peak in self.timing.peaks],
             "manipulability_final": float(self.manipulability[-1]),
             "scene": self.provenance.scene,

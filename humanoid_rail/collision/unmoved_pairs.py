@@ -51,7 +51,7 @@ def _bodies_at_rest(robot: Robot) -> dict[str, list[PlacedShape]]:
     pin.forwardKinematics(robot.model, data, robot.full_configuration(robot.initial))
     rows = zip(robot.link_names, robot.collision_model.geometryObjects, robot.moving_bodies, strict=True)
     for link, body, moves in rows:
-        if not moves:
+        if not moves and link not in robot.objects:
             place = data.oMi[body.parentJoint] * body.placement
             found.setdefault(link, []).append(PlacedShape(body.geometry, coal_placement(place)))
     _resting[robot] = found

@@ -106,7 +106,8 @@ def _motion(summary: Mapping[str, Any], arrays: Mapping[str, Any]) -> Motion:
         derivatives = frozen(arrays["velocity"]), frozen(arrays["acceleration"])
         timing = Timing(*derivatives, tuple(Peak(**peak) for peak in peaks))
     events = read_events(summary.get("events", ()))
-    return Motion(frozen(arrays["t"]), frozen(arrays["q"]), tuple(summary["joint_names"]), timing, events)
+    ends = tuple(summary.get("ends", ()))
+    return Motion(frozen(arrays["t"]), frozen(arrays["q"]), tuple(summary["joint_names"]), timing, events, ends)
 
 
 def _samples(summary: Mapping[str, Any], arrays: Mapping[str, Any]) -> Samples:

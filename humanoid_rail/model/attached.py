@@ -64,7 +64,9 @@ def with_objects(robot: Robot, objects: Sequence[ObjectBody]) -> Robot:
         found,
         self_collision_pairs=(*robot.self_collision_pairs, *checked),
         left_out=(*robot.unchecked_pairs, *left_out),
+        objects=(*robot.objects, *(one.name for one in objects)),
     )
+    vars(found)["unchecked_pairs"] = found.left_out
     # The URDF has nothing of objects.
     vars(found)["links_without_body"] = robot.links_without_body
     return found
@@ -78,10 +80,11 @@ def _pairs(
     allowed = {frozenset((one.name, other)) for one in objects for other in one.may_touch}
     checked, left_out = list[tuple[int, int]](), dict[tuple[str, str], str]()
     for i, j in _candidates(robot, first):
-        together = geometry[i].parentJoint == geometry[j].parentJoint or not (moves[i] or moves[j])
+        if not (moves[i] or moves[j]):
+            continue  # no motion changes how near they are
         if frozenset((names[i], names[j])) in allowed:
             left_out[names[i], names[j]] = MAY_TOUCH
-        elif together:
+        elif geometry[i].parentJoint == geometry[j].parentJoint:
             left_out.setdefault((names[i], names[j]), NO_JOINT)
         else:
             checked.append((i, j))

@@ -91,6 +91,9 @@ class Robot(FrozenArrays):
     """Configurations with a name, which scenes can start at: (n,), m and rad."""
     locked: Mapping[str, float] = field(default_factory=dict)
     """Joints of the original URDF that do not move here, and where they stand, m or rad."""
+    objects: tuple[str, ...] = ()
+    """Links that are no part of the robot: objects, and obstacles that one may touch
+    (:mod:`humanoid_rail.model.attached`)."""
     assumed: tuple[str, ...] = ()
     """What was not given and was found or assumed when the robot was loaded, in sentences."""
 

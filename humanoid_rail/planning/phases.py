@@ -149,7 +149,7 @@ def among_objects(problem: Problem) -> Problem:
     if not names or names & set(problem.robot.link_names):
         return problem
     robot, _ = robot_among(problem.robot, problem.scene, at_the_start(problem.scene), {})
-    return Problem(robot, problem.scene, problem.tasks, problem.q, problem.constraints)
+    return replace(problem, robot=robot)
 
 
 def samples_of(robot: Robot, scene: Scene, motion: Motion, method: Method, engine: str = "native") -> Samples:

@@ -181,7 +181,7 @@ def joined(robot: Robot, planned: Sequence[Planned], moves: Sequence[Move] = ())
         search=_joined_search([segment.search for segment in planned if segment.search is not None]),
         arrivals=_arrivals(motions, ends, moves),
         timed=_timed(planned),
-        ends=tuple(ends) if len(moves) > 1 else (),
+        ends=() if all(move.arrives for move in moves) else tuple(ends),
         optimisation=_joined_optimisation(planned, moves),
         kept=tuple(
             Kept(segment.constraints, begin, end)
