@@ -127,9 +127,7 @@ def _result(robot: Robot, scene: Scene, method: PlanningMethod, segments: Segmen
 
     timed = None if segments.timed is None else joined_motion(segments.timed, proof)
     certificate, certification_time = _certified(motion, timed, proof)
-    if certificate is not None:
-        samples = (motion.t, motion.q, None) if timed is None else (timed.t, timed.q, timed.velocity)
-        certificate = replace(certificate, deviations=deviations_of(robot, segments.kept, *samples))
+    certificate = _with_deviations(certificate, robot, segments, timed)
     status, reason = judged(certificate, method, motion.status, motion.reason)
     reason = "; ".join([reason, *segments.said])
     if segments.optimisation is not None and segments.optimisation.stopped:
@@ -179,6 +177,17 @@ def _result(robot: Robot, scene: Scene, method: PlanningMethod, segments: Segmen
         robot=robot,
         scene=scene,
     )
+
+
+def _with_deviations(
+    certificate: Certificate | None, robot: Robot, segments: Segments, timed: TimedMotion | None
+) -> Certificate | None:
+    """Return a certificate with how far the motion leaves what it keeps."""
+    if certificate is None:
+        return None
+    motion = segments.motion
+    samples = (motion.t, motion.q, None) if timed is None else (timed.t, timed.q, timed.velocity)
+    return replace(certificate, deviations=deviations_of(robot, segments.kept, *samples))
 
 
 def _certified(

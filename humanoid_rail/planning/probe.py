@@ -19,7 +19,7 @@ from humanoid_rail.planning.methods import Auto
 from humanoid_rail.problem import Problem
 from humanoid_rail.result import Method, Status
 from humanoid_rail.scene.obstacles import Obstacle
-from humanoid_rail.search.auto import SPARE
+from humanoid_rail.search.clear_start import SPARE
 from humanoid_rail.search.goal_sampler import seeds
 
 MAX_SOLVES = 3000

@@ -103,21 +103,24 @@ def retime(
     longest = np.inf if max_time is None else checked_number("max_time", max_time, above=0.0)
     share = checked_number("speed", speed, least=LEAST_SPEED, most=1.0)
     limits = _limits(robot, share, velocity_limit, acceleration_limit, jerk_limit)
-    kept = recorded(trajectory.certificate)
-    wanted = wanted_bound(trajectory.certificate, trajectory.method.kept_distance)
-    if trajectory.events or kept:
-        rests = rests_of(trajectory, kept)
-        segments = _segments(trajectory, rests)
-        _check_moving(robot, segments, limits)
-        along = along_pieces(trajectory, robot, scene, kept, rests, segments, limits, step, rest)
-    else:
-        segments = _segments(trajectory, _targets(trajectory))
-        _check_moving(robot, segments, limits)
-        along = along_segments(robot, scene, segments, trajectory, limits, step, rest, wanted)
+    along = _along(trajectory, robot, scene, limits, step, rest)
     retimed = _result(trajectory, robot, scene, along, longest, limits)
     spent = trajectory.planning_time + time.perf_counter() - started
     done = Retiming(step, share, rest)
     return replace(retimed, provenance=replace(retimed.provenance, planning_time=spent, retiming=done))
+
+
+def _along(trajectory: Trajectory, robot: Robot, scene: Scene, limits: Limits, step: float, dwell: float) -> Retimed:
+    """Return the motion along the path of a plan, with samples a step apart in s."""
+    kept = recorded(trajectory.certificate)
+    in_pieces = bool(trajectory.events or kept)
+    rests = rests_of(trajectory, kept) if in_pieces else _targets(trajectory)
+    segments = _segments(trajectory, rests)
+    _check_moving(robot, segments, limits)
+    if in_pieces:
+        return along_pieces(trajectory, robot, scene, kept, rests, segments, limits, step, dwell)
+    wanted = wanted_bound(trajectory.certificate, trajectory.method.kept_distance)
+    return along_segments(robot, scene, segments, trajectory, limits, step, dwell, wanted)
 
 
 def _result(

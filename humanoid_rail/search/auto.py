@@ -30,7 +30,6 @@ from humanoid_rail.kinematics.deviation import name_of
 from humanoid_rail.kinematics.inverse_kinematics import InverseKinematics
 from humanoid_rail.kinematics.native_kinematics import NativeKinematics
 from humanoid_rail.kinematics.task_stack import count_rows
-from humanoid_rail.model.pair_distances import own_distances
 from humanoid_rail.problem import Problem
 from humanoid_rail.resolution.integrate import Integration, Settings
 from humanoid_rail.resolution.qp import Safety
@@ -38,6 +37,7 @@ from humanoid_rail.resolution.rollout import rollout
 from humanoid_rail.resolution.velocity import Gains, penalty
 from humanoid_rail.result import Status
 from humanoid_rail.search.blocked_targets import blocked_target, targets_inside
+from humanoid_rail.search.clear_start import SPARE, clearance_at, first_clear
 from humanoid_rail.search.exact_end import EXACT, error_at
 from humanoid_rail.search.goal_sampler import seeds
 from humanoid_rail.search.kept_path import FINE, on_constraints
@@ -49,16 +49,12 @@ from humanoid_rail.search.smoothing import round_corners
 
 STEP = 0.05
 """The safe velocity is held for this long, in time constants 1 / max(K): only its path matters."""
-SPARE = 8e-4
-"""The corners of a path keep this much more than the safety distance, so that there is room to round them, m."""
 RESERVE = 0.03
 """This share of `max_planning_time` is left for what follows a search."""
 QUICK_CHECKS = 2000
 """So many edges are checked before the safe velocity is followed."""
 LOOSE_SHARE = 0.05
 """Smoothing may take at most this share of the distance that a path keeps."""
-RETREAT_SHARE = 0.95
-"""A path that begins too near to something keeps this share of the largest clearance of its beginning."""
 KEPT_STARTS = 200
 """Constraints and targets contradict each other if no configuration for both is found from this many starts."""
 START_SHARE = 0.99
@@ -96,7 +92,7 @@ def find_path(
     distance = safety.safety_distance + SPARE
     search = None
     # Objectives of the user shape the safe velocity: it is followed first where there are some.
-    if not gains.objectives and _clearance(problem.native, problem.q) >= distance:
+    if not gains.objectives and clearance_at(problem.native, problem.q) >= distance:
         search = _search(problem, problem.q, distance, settings, budget, deadline)
         search.go_to_nearest()
         if search.best is None:
@@ -118,7 +114,7 @@ def find_path(
         faults = [_unreachable(given.taking(i), safety, settings, budget, deadline) for i in _order(given, taken)]
         if faults[0] is not None and None not in faults:
             return PathResult(*faults[0], motion.evaluations, taken=taken)
-    first, distance, least = _first_clear(problem.native, motion.q, distance)
+    first, distance, least = first_clear(problem.native, motion.q, distance)
     if search is None:
         search = _search(given, motion.q[first], distance, settings, budget, deadline)
     search.seeds = chain([motion.q[-1]], search.seeds)
@@ -269,31 +265,6 @@ def _smoothed(problem: Problem, search: PathSearch, beginning: Array, least: flo
         checker = EdgeChecker(robot, problem.obstacles, START_SHARE * least, START_SHARE)
         path = round_corners(robot, path, checker.is_edge_valid)
     return path, checker
-
-
-def _first_clear(kinematics: NativeKinematics, motion: Array, distance: float) -> tuple[int, float, float]:
-    """Return where a motion (N, n) first keeps a distance in m from everything, that distance, and the least before.
-
-    A start that is nearer to something is led away by the safe velocity. Where it never gets so far, the place where it
-    is farthest is returned, and a little less than how far that is.
-    """
-    clearances: list[float] = []
-    for q in motion:
-        clearance = _clearance(kinematics, q)
-        if clearance >= distance:
-            return len(clearances), distance, min(clearances, default=np.inf)
-        clearances.append(clearance)
-    place = int(np.argmax(clearances))
-    kept = max(RETREAT_SHARE * clearances[place], min(clearances[place], distance - SPARE))
-    return place, kept, min(clearances[:place], default=np.inf)
-
-
-def _clearance(kinematics: NativeKinematics, q: Array) -> float:
-    """Return the least clearance at a configuration (n,), m."""
-    there = kinematics.measure(q, 0.0)
-    # Links that are as far apart as they themselves have to be do not hold up the others.
-    lacking = there.self_clearance[there.self_clearance < own_distances(kinematics.robot)]
-    return float(min(there.clearance.min(initial=np.inf), lacking.min(initial=np.inf)))
 
 
 def _objective(kinematics: NativeKinematics, gains: Gains, q: Array) -> float:

@@ -282,7 +282,7 @@ SCENES: list[Case] = [
         "pointing and rpy",
         [(at(0, "left"), {**FIRST["left"], "approach": {**DOWN, "pointing": True}, "rpy": [0, 0, 0]})],
         "targets[0].left",
-        "not both",
+        "not approach and rpy",
     ),
     (
         "pointing as text",
