@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.collision import closest_pairs as collision
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.planning.phases import Phase, phases_of
 from humanoid_rail.resampling import evaluate
 from humanoid_rail.scene.obstacles import name_of
 from humanoid_rail.scene.scene import Scene
@@ -58,12 +59,32 @@ def closest_pairs(robot: Robot, scene: Scene, trajectory: Trajectory, times: Arr
         EngineMissing: If there is no native engine.
     """
     t = np.asarray(times, float)
-    q, _, _ = evaluate(trajectory.motion, t)
-    obstacles, links = collision.closest_pairs(robot, scene.obstacles, t, q)
+    parts = [
+        _closest_in(phase, t[inside], evaluate(trajectory.motion, t[inside])[0])
+        for phase, inside in _in_phases(phases_of(robot, scene, trajectory.motion), t)
+    ]
+    obstacles = [pair for part in parts for pair in part.obstacles]
+    links = [pair for part in parts for pair in part.links]
+    # Of a kind that is not there in some phases nothing is said at all.
+    return ClosestPairs(*(tuple(kind) if len(kind) == len(t) else () for kind in (obstacles, links)))
+
+
+def _in_phases(phases: Sequence[Phase], t: Array) -> Iterator[tuple[Phase, NDArray[np.bool_]]]:
+    """Yield phases with which of some times (K,) in s are in them."""
+    for number, phase in enumerate(phases):
+        inside = t < phase.end if number + 1 < len(phases) else np.full(t.shape, True)
+        inside &= (t >= phase.begin) | (number == 0)
+        if inside.any():
+            yield phase, inside
+
+
+def _closest_in(phase: Phase, t: Array, q: Array) -> ClosestPairs:
+    robot, among = phase.robot, phase.obstacles
+    obstacles, links = collision.closest_pairs(robot, among, t, q)
     names = robot.link_names
     return ClosestPairs(
         obstacles=tuple(
-            Closest(at, names[pair.link], name_of(scene.obstacles, pair.other), pair.distance, pair.points)
+            Closest(at, names[pair.link], name_of(among, pair.other), pair.distance, pair.points)
             for at, pair in zip(t.tolist(), obstacles, strict=bool(obstacles))
         ),
         links=tuple(

@@ -66,6 +66,7 @@ def motions_html(robot: Robot, motions: Sequence[tuple[str, Scene, Trajectory]])
     from humanoid_rail.viewer.camera import best_view
     from humanoid_rail.viewer.caption import caption, legend, other_scene
     from humanoid_rail.viewer.closest_pairs import closest_of_all
+    from humanoid_rail.viewer.held_objects import draw_objects, objects_data
     from humanoid_rail.viewer.miss import draw_miss, miss_data, miss_panel
     from humanoid_rail.viewer.motion_data import motion_data, scene_data
     from humanoid_rail.viewer.page import CommandList, page_html
@@ -86,8 +87,10 @@ def motions_html(robot: Robot, motions: Sequence[tuple[str, Scene, Trajectory]])
     for number, (name, own, trajectory) in enumerate(motions):
         found = series(robot, own, trajectory)
         draw_motion(world[f"motion{number}"], robot, visuals, trajectory, found.pairs, is_second=number > 0)
+        draw_objects(world[f"motion{number}/objects"], own)
         draw_miss(world[f"motion{number}/miss"], robot, own, visuals, trajectory)
         data["motions"].append({**motion_data(name, trajectory, found), "miss": miss_data(trajectory.diagnosis)})
+        data["motions"][-1]["objects"] = objects_data(robot, own, trajectory)
         if trajectory.diagnosis is not None:
             heading = "Why it failed" if len(motions) == 1 else name
             panels.append(miss_panel(heading, trajectory.reason, trajectory.diagnosis))

@@ -33,6 +33,9 @@ function makeFigure(viewer, page, motion, number) {
 
   const put = (node, matrix) => node.matrix.fromArray(matrix).decompose(node.position, node.quaternion, node.scale);
 
+  // What hands can hold, each where the last part of its way that has begun says.
+  const objects = (motion.objects || []).map(({ node, parts }) => ({ node: find("objects", node), parts }));
+
   const figure = {
     motion, moments,
     hands: page.hands.map(() => new THREE.Vector3()), // where they are, in the base frame, m
@@ -50,6 +53,10 @@ function makeFigure(viewer, page, motion, number) {
         figure.joints[i].setFromMatrixPosition({ elements: matrix });
         if (i > 0) put(axes.children[i - 1], matrix);
       });
+      for (const { node, parts } of objects) {
+        const { joint, placement } = parts.filter(part => part.t <= t).pop() || parts[0];
+        put(node, times(at[joint], placement));
+      }
       page.hands.forEach((hand, i) => {
         const matrix = new THREE.Matrix4().fromArray(at[hand.joint]);
         figure.hands[i].fromArray(hand.offset).applyMatrix4(matrix);
