@@ -29,7 +29,7 @@ STAGES = {
     "safe velocity": (("humanoid_rail.search.auto", "_follow_safely"),),
     "smoothing": (("humanoid_rail.search.auto", "_smoothed"), ("humanoid_rail.planning.methods", "follow")),
     "least time": (("humanoid_rail.planning.methods", "with_least_time"),),
-    "certificate": (("humanoid_rail.planning.planner", "certify"),),
+    "certificate": (("humanoid_rail.planning.planner", "certify_motion"),),
 }
 """The functions of each stage. No stage is called by another; what is in none of them is setting up and checking."""
 REPEATS = 3

@@ -81,6 +81,7 @@ from humanoid_rail.resolution.qp import Safety
 from humanoid_rail.resolution.velocity import Gains
 from humanoid_rail.scene.native_obstacles import native_obstacles
 from humanoid_rail.scene.scene import Scene, check_scene, start_of_scene
+from humanoid_rail.scene.standing import with_objects_standing
 from humanoid_rail.scene.targets import Step, Target
 
 if TYPE_CHECKING:
@@ -137,7 +138,7 @@ class Follower:
         check_kind("robot", robot, Robot)
         check_kind("scene", scene, Scene)
         check_scene(robot, scene)
-        self.robot, self.scene, self.dt = robot, scene, checked_cycle(dt)
+        self.robot, self.scene, self.dt = robot, (scene := with_objects_standing(scene)), checked_cycle(dt)
         self.gains, self.safety = Gains() if gains is None else gains, Safety() if safety is None else safety
         check_without_functions(self.gains, self.safety)
         warn_of_depth(robot, scene)
@@ -275,7 +276,6 @@ class Follower:
         return CycleTimes(times.cycles, times.overruns, median, high, times.longest)
 
     def __enter__(self) -> Self:
-        """Start the thread."""
         self.start()
         return self
 
@@ -295,6 +295,6 @@ class Follower:
         stack = native_tasks(self.robot, tasks, no_state)
         for i, task in enumerate(tasks):
             if type(task) not in NATIVE_TASKS:
-                known = ", ".join(kind.__name__ for kind in NATIVE_TASKS)
-                raise InvalidInput(f"tasks[{i}]", task, f"a task that the engine knows itself: {known}")
+                valid = f"a task that the engine knows itself: {', '.join(kind.__name__ for kind in NATIVE_TASKS)}"
+                raise InvalidInput(f"tasks[{i}]", task, valid)
         return stack, native_gains(self.robot, self.gains, stack.rows, no_state)

@@ -12,6 +12,7 @@ from humanoid_rail.errors import InvalidInput
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import HalfSpace, Obstacle, Sphere
 from humanoid_rail.scene.scene import Scene, check_scene, field_of_step, start_of_scene
+from humanoid_rail.scene.standing import with_objects_standing
 from humanoid_rail.scene.targets import AnyOf, Pose, Straight, Target, direction, orientation, pointing_direction
 
 
@@ -26,12 +27,13 @@ class World:
 
     @staticmethod
     def of(robot: Robot, scene: Scene) -> World:
-        """Return a scene with the robot at its start. What moves in it begins at rest.
+        """Return a scene with the robot at its start. What moves in it begins at rest, and objects are obstacles.
 
         Raises:
             InvalidInput: If the scene is not one for this robot.
         """
         check_scene(robot, scene)
+        scene = with_objects_standing(scene)
         for number, step in enumerate(scene.steps):
             for hand, target in step.items():
                 if isinstance(target, AnyOf):

@@ -35,6 +35,8 @@ COMMON = {
     "tolerance",
     "dt",
     "max_time",
+    "max_deviation",
+    "max_tilt",
     "far_clearances",
 }
 OWN = {

@@ -143,7 +143,7 @@ MALFORMED = [
     ({"posture": "hom"}, "targets.posture", "did you mean home"),
     ({"posture": 3}, "targets.posture", "string"),
     ({"posture": "home", "left": [0, 0, 1], "right": [0, 1, 1], "middle": None}, "targets.middle", "left, right"),
-    ({"joint": {"rail": 1.0}}, "targets.joint.rail", "position"),
+    ({"joint": {"rail": 1.0}}, "targets.joint", "did you mean joints"),
     ({"left": [0, 0, 1]}, "targets.right", "null for a hand"),
     (pose(quaternion=[1, 0, 0]), "targets.left.quaternion", "[w, x, y, z]"),
     (pose(quaternion=[1, 0, 0, 0.5]), "targets.left.quaternion", "its length is 1.11803"),
