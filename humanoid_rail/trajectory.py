@@ -13,12 +13,13 @@ from humanoid_rail.collision.certificate import Certificate
 from humanoid_rail.diagnosis import Diagnosis
 from humanoid_rail.errors import MISSING, InvalidInput
 from humanoid_rail.events import Event, events_data
+from humanoid_rail.holding.phases import samples_of
 from humanoid_rail.kinematics.joint_limits import Violation
 from humanoid_rail.kinematics.path_metric import PathQuality
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.resampling import evaluate, resampled
 from humanoid_rail.result import Method, Motion, Provenance, Search, Status, Timing, Verdict
-from humanoid_rail.samples import Samples, interleaved, samples_along
+from humanoid_rail.samples import Samples, interleaved
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.trajectory_html import table_of
 
@@ -245,7 +246,7 @@ class Trajectory:
         """
         robot, scene = self.planned_for()
         motion, own = resampled(self.motion, dt)
-        between = samples_along(robot, scene.obstacles, motion.t[~own], motion.q[~own], self.method)
+        between = samples_of(robot, scene, motion, self.method, chosen=~own)
         return replace(self, motion=motion, samples=interleaved(own, self.samples, between))
 
     def summary(self) -> dict[str, Any]:

@@ -10,9 +10,10 @@ from humanoid_rail.following.follower import Follower
 from humanoid_rail.following.state import CycleTimes, FollowerState, FollowerStatus
 from humanoid_rail.kinematics.task import ConfigurationTask
 from humanoid_rail.live.triangles import radius
-from humanoid_rail.live.world import World, nearer, placed, placement
+from humanoid_rail.live.world import World, nearer, placed
 from humanoid_rail.resolution.velocity import Gains
 from humanoid_rail.scene.obstacles import HalfSpace
+from humanoid_rail.scene.placing import placement_of
 from humanoid_rail.trajectory import Trajectory
 
 GAIN = 4.0
@@ -53,7 +54,7 @@ class Chase:
             obstacle_speed=limits,
             obstacle_latency=LATENCY,
         )
-        self.places = [placement(obstacle) for obstacle in scene.obstacles]
+        self.places = [placement_of(obstacle) for obstacle in scene.obstacles]
         self._radii = [radius(obstacle) for obstacle in scene.obstacles]
         self._targets, self._speed = scene.steps[0], speed
         self._route: Trajectory | None = None
@@ -86,7 +87,7 @@ class Chase:
         for i, obstacle in enumerate(world.scene.obstacles):
             if isinstance(obstacle, HalfSpace):
                 continue
-            wanted, there = placement(obstacle), self.places[i]
+            wanted, there = placement_of(obstacle), self.places[i]
             if not there.isApprox(wanted, 1e-9):
                 self.places[i] = nearer(there, wanted, self._radii[i], SHARE * self._speed * min(dt, LATENCY))
                 angles = pin.rpy.matrixToRpy(self.places[i].rotation)

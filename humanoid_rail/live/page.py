@@ -19,10 +19,11 @@ from humanoid_rail.live.obstacles import Obstacles
 from humanoid_rail.live.session import SPEED, Mode, Session, Shown
 from humanoid_rail.live.stage import draw, mark_target, put, set_stage
 from humanoid_rail.live.triangles import triangles
-from humanoid_rail.live.world import World, placed, placement, target_rotation, turned_target
+from humanoid_rail.live.world import World, placed, target_rotation, turned_target
 from humanoid_rail.model.library import load_robot
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.methods import METHODS
+from humanoid_rail.scene.placing import placement_of
 from humanoid_rail.scene.targets import Pose, Target, is_oriented, numbers_there, pointing_direction, position
 from humanoid_rail.viewer.colours import PLAIN, colour_of, hand_colour
 from humanoid_rail.viewer.drawing import node_name
@@ -160,7 +161,7 @@ class Page:
     def _obstacle_gizmo(self, i: int) -> Any:
         size = scale(self.session.world.robot)
         gizmo = self.server.scene.add_transform_controls(f"/handles/{i}", scale=0.5 * size, depth_test=False)
-        put(gizmo, placement(self.session.world.scene.obstacles[i]))
+        put(gizmo, placement_of(self.session.world.scene.obstacles[i]))
 
         def moved(_: object) -> None:
             there = _pose(gizmo)

@@ -16,8 +16,9 @@ from humanoid_rail.following.state import FollowerState
 from humanoid_rail.live.chase import Chase
 from humanoid_rail.live.planning import Planned, plain, planned
 from humanoid_rail.live.worker import Worker
-from humanoid_rail.live.world import World, placement
+from humanoid_rail.live.world import World
 from humanoid_rail.model.robot import Robot
+from humanoid_rail.scene.placing import placement_of
 
 SPEED = 0.2
 """Obstacles are no faster than this when the robot follows, unless something else is said, m/s."""
@@ -143,7 +144,7 @@ class Session:
         """Go on by a time in s, and return what there is to see."""
         with self._lock:
             world = self._world
-            places = [placement(obstacle) for obstacle in world.scene.obstacles]
+            places = [placement_of(obstacle) for obstacle in world.scene.obstacles]
             if self._chase is None:
                 return Shown(self._of_plan(), places, self._said())
             try:

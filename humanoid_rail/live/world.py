@@ -75,14 +75,6 @@ def placed(obstacle: Obstacle, position: Array, rotation: Array) -> Obstacle:
     return obstacle.model_copy(update=new)
 
 
-def placement(obstacle: Obstacle) -> pin.SE3:
-    """Return where an obstacle is."""
-    if isinstance(obstacle, HalfSpace):
-        return pin.SE3.Identity()
-    turn = (0.0, 0.0, 0.0) if isinstance(obstacle, Sphere) else obstacle.rpy
-    return pin.SE3(pin.rpy.rpyToMatrix(*turn), np.array(obstacle.center))
-
-
 def turned_target(target: Target, position: Array, rotation: Array) -> Target:
     """Return a target at a position (3,), m, turned by a matrix (3, 3) if it says how a hand is turned."""
     point = (float(position[0]), float(position[1]), float(position[2]))

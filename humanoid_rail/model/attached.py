@@ -66,7 +66,6 @@ def with_objects(robot: Robot, objects: Sequence[ObjectBody]) -> Robot:
         left_out=(*robot.unchecked_pairs, *left_out),
         objects=(*robot.objects, *(one.name for one in objects)),
     )
-    vars(found)["unchecked_pairs"] = found.left_out
     # The URDF has nothing of objects.
     vars(found)["links_without_body"] = robot.links_without_body
     return found

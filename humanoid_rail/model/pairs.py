@@ -173,7 +173,10 @@ def rigid_pairs(model: pin.Model, bodies: pin.GeometryModel) -> dict[frozenset[s
 
 
 def unchecked_pairs(
-    links: tuple[str, ...], checked: tuple[tuple[int, int], ...], known: tuple[UncheckedPair, ...]
+    links: tuple[str, ...],
+    checked: tuple[tuple[int, int], ...],
+    known: tuple[UncheckedPair, ...],
+    objects: Collection[str] = (),
 ) -> Iterator[UncheckedPair]:
     """Yield the pairs of links that have bodies which are not checked against each other.
 
@@ -181,12 +184,13 @@ def unchecked_pairs(
         links: The link of each body.
         checked: The pairs of bodies that are checked.
         known: What is known of some pairs; nothing of others, where the pairs of a robot were replaced.
+        objects: Links that are no part of the robot. All that has to be said of their pairs is known.
     """
     reasons = {frozenset((pair.link, pair.other)): pair.why for pair in known}
     some = {frozenset((links[i], links[j])) for i, j in checked}
     for a, b in combinations(dict.fromkeys(links), 2):
         pair = frozenset((a, b))
-        if pair in reasons or pair not in some:
+        if pair in reasons or (pair not in some and pair.isdisjoint(objects)):
             yield UncheckedPair(a, b, reasons.get(pair, NOT_AMONG))
 
 

@@ -113,7 +113,7 @@ class Robot(FrozenArrays):
     @cached_property
     def unchecked_pairs(self) -> tuple[UncheckedPair, ...]:
         """Pairs of links whose bodies are not checked against each other, or only in part, each with the reason."""
-        return tuple(unchecked_pairs(self.link_names, self.self_collision_pairs, self.left_out))
+        return tuple(unchecked_pairs(self.link_names, self.self_collision_pairs, self.left_out, self.objects))
 
     @cached_property
     def moving_bodies(self) -> tuple[bool, ...]:

@@ -7,10 +7,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from humanoid_rail._arrays import Array, triple
-from humanoid_rail.kinematics.kept_tasks import AxisTask, LineTask, OrientationTask
-from humanoid_rail.kinematics.task import RelativeTask, Task
+from humanoid_rail.holding.holding import Holding
+from humanoid_rail.kinematics.hand_motion import unit
+from humanoid_rail.kinematics.kept_tasks import AxisTask
+from humanoid_rail.kinematics.kinematics import Kinematics
+from humanoid_rail.kinematics.state import State
+from humanoid_rail.kinematics.task import Task
 from humanoid_rail.model.robot import Robot
-from humanoid_rail.planning.holding import Holding, hand_placement
+from humanoid_rail.planning.keeping import NO_OFFSET, line_to, orientation_kept, place_kept
 from humanoid_rail.planning.moves import Move
 from humanoid_rail.scene.targets import Pose, is_oriented, orientation, position
 
@@ -24,37 +28,31 @@ def move_constraints(robot: Robot, move: Move, holding: Holding, q: Array) -> tu
         holding: What is held along it.
         q: Where it begins, m and rad.
     """
-    straight = (task for name in move.straight for task in _straight(robot, move, holding, name, q))
-    closed = (task for held in holding.held.values() if len(held.hands) > 1 for task in _closed(robot, held.hands, q))
-    return (*straight, *closed)
+    together = [held.hands for held in holding.held.values() if len(held.hands) > 1]
+    if not move.straight and not together:
+        return ()
+    state = Kinematics(robot).state(q)
+    straight = (task for name in move.straight for task in _straight(state, move, holding, name))
+    return (*straight, *(task for hands in together for task in _closed(state, hands)))
 
 
-def _straight(robot: Robot, move: Move, holding: Holding, name: str, q: Array) -> Iterator[Task]:
+def _straight(state: State, move: Move, holding: Holding, name: str) -> Iterator[Task]:
     """Yield what keeps a hand or a held object on a line, turned as its target asks; along a line as it is."""
-    held = holding.held.get(name)
-    hand, offset = (name, np.zeros(3)) if held is None else (held.hands[0], held.placement.translation)
-    target, there = move.targets[name], hand_placement(robot, hand, q)
+    held, target, robot = holding.held.get(name), move.targets[name], state.robot
+    hand, offset = (name, NO_OFFSET) if held is None else (held.hands[0], held.placement.translation)
     assert target is not None
-    begin = there.act(offset)
-    yield LineTask(hand, triple(begin), triple(np.array(position(target)) - begin), triple(offset))
+    yield line_to(state, hand, np.array(position(target)), offset)
     if name in move.turned or (isinstance(target, Pose) and orientation(target) is not None):
-        yield _as_it_is(hand, there.rotation)
+        yield orientation_kept(state, hand)
     elif is_oriented(target):
         pointing = robot.hands[robot.hand(hand)].pointing
         assert pointing is not None  # a target that a hand cannot point at was refused
-        along = there.rotation @ (np.array(pointing) / np.linalg.norm(pointing))
-        yield AxisTask(hand, pointing, triple(along))
+        yield AxisTask(hand, pointing, triple(state.rotations[robot.hand(hand)] @ unit(pointing)))
 
 
-def _closed(robot: Robot, hands: tuple[str, ...], q: Array) -> Iterator[Task]:
+def _closed(state: State, hands: tuple[str, ...]) -> Iterator[Task]:
     """Yield what keeps hands as they are to the first of them."""
-    first = hand_placement(robot, hands[0], q)
-    for hand in hands[1:]:
-        relative = first.inverse() * hand_placement(robot, hand, q)
-        yield RelativeTask(hands[0], hand, triple(relative.translation), in_first=True)
-        yield _as_it_is(hand, relative.rotation, hands[0])
-
-
-def _as_it_is(hand: str, rotation: Array, reference: str | None = None) -> OrientationTask:
-    first, second, third = (triple(row) for row in rotation)
-    return OrientationTask(hand, (first, second, third), reference)
+    first, *others = hands
+    for hand in others:
+        yield place_kept(state, first, hand)
+        yield orientation_kept(state, hand, first)

@@ -15,8 +15,9 @@ import numpy as np
 from humanoid_rail._arrays import triple
 from humanoid_rail.errors import InvalidInput
 from humanoid_rail.events import EventKind
+from humanoid_rail.scene.objects import by_object, held_after
 from humanoid_rail.scene.obstacles import name_of
-from humanoid_rail.scene.scene import Scene
+from humanoid_rail.scene.scene import Scene, field_of_step
 from humanoid_rail.scene.targets import Line, Pose, Step, Straight, Target, position
 
 WHY_REST = "objects are grasped or released there, or a hand moves straight to them or from them"
@@ -73,7 +74,7 @@ def moves_of(scene: Scene) -> tuple[Move, ...]:
     found, held, touching = list[Move](), dict[str, tuple[str, ...]](), dict[str, tuple[str, ...]]()
     for number, step in enumerate(scene.steps):
         combinations = [_moves_of_step(scene, number, one, held, touching) for one in step.combinations]
-        found += _merged(f"targets[{number}]", step, [moves for moves, _, _ in combinations])
+        found += _merged(field_of_step(scene, number), step, [moves for moves, _, _ in combinations])
         _, held, touching = combinations[0]
     return tuple(
         replace(move, said=f"step {move.step + 1} of {len(scene.steps)}{move.said}", passes=_passes(move, after))
@@ -129,7 +130,6 @@ def _moves_of_step(
         Happening(EventKind.GRASP, name, hands, obstacle_names(scene, step.contacts.get(name, ())))
         for name, hands in grasps.items()
     ]
-    after = {**{name: hands for name, hands in held.items() if name not in releases}, **grasps}
     left = {**{happening.object: happening.hands for happening in coming}, **releases, **grasps}
     moves = list[Move]()
     before = {name: _before(target) for name, target in step.items()}
@@ -153,15 +153,7 @@ def _moves_of_step(
         there = step.with_targets({name: away.get(name) for name in step})
         moves.append(Move(number, there, tuple(away), ends=cleared, arrives=False, said=", the retreat"))
         left = {}
-    return moves, after, left
-
-
-def by_object(hands: Mapping[str, str]) -> dict[str, tuple[str, ...]]:
-    """Return the hands of each object from the objects of hands."""
-    found: dict[str, tuple[str, ...]] = {}
-    for hand, name in hands.items():
-        found[name] = (*found.get(name, ()), hand)
-    return found
+    return moves, held_after(step, held), left
 
 
 def obstacle_names(scene: Scene, names: Sequence[str]) -> tuple[str, ...]:

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from humanoid_rail._arrays import triple
+from humanoid_rail.holding.holding import Holding
 from humanoid_rail.kinematics.task import PointTask, Task, orientation_lever
 from humanoid_rail.model.robot import Robot
-from humanoid_rail.planning.holding import Holding
 from humanoid_rail.scene.targets import Pose, Step, orientation, position
 
 

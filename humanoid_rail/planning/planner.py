@@ -11,6 +11,7 @@ from humanoid_rail._native import why_no_engine
 from humanoid_rail.collision.certificate import Certificate
 from humanoid_rail.collision.certifier import bound_resolution, least_distance
 from humanoid_rail.errors import check_kind
+from humanoid_rail.holding.phases import certify_motion, sampled_motion, samples_of
 from humanoid_rail.kinematics.joint_limits import JointMotion, limit_violations, sampled
 from humanoid_rail.kinematics.task_stack import count_rows
 from humanoid_rail.model.position_limits import within_position_limits
@@ -20,7 +21,6 @@ from humanoid_rail.planning.kept import allowed_by, deviations_of
 from humanoid_rail.planning.methods import as_method
 from humanoid_rail.planning.moves import moves_of
 from humanoid_rail.planning.options import PlanningMethod
-from humanoid_rail.planning.phases import among_objects, certify_motion, sampled_motion, samples_of
 from humanoid_rail.planning.segments import Segments, Unreached, joined, move_problem, plan_segments
 from humanoid_rail.planning.size import check_size, size_hint
 from humanoid_rail.planning.stage import after_happenings, first_stage
@@ -102,7 +102,7 @@ def solve(problem: Problem, method: PlanningMethod | str = "auto") -> Trajectory
     """
     started = time.perf_counter()
     check_kind("problem", problem, Problem)
-    problem = among_objects(problem)
+    robot, problem = problem.robot, _among_objects(problem)
     chosen = as_method(method)
     chosen.gains.diagonal(count_rows(problem.tasks))
     check_size(problem.robot, chosen)
@@ -110,8 +110,14 @@ def solve(problem: Problem, method: PlanningMethod | str = "auto") -> Trajectory
     check_start("start", kinematics, problem.scene, problem.q, chosen.least_start())
     planned = replace(chosen.plan(problem), constraints=tuple(problem.constraints))
     unreached = None if planned.motion.status is Status.REACHED else Unreached(0, problem, planned)
-    segments = replace(joined(problem.robot, [planned]), unreached=unreached)
-    return _result(problem.robot, problem.scene, chosen, segments, started)
+    segments = replace(joined(robot, [planned]), unreached=unreached)
+    return _result(robot, problem.scene, chosen, segments, started)
+
+
+def _among_objects(problem: Problem) -> Problem:
+    """Return a problem in whose robot the objects of its scene are links, where they stand at first."""
+    robot, _ = first_stage(problem.scene).robot(problem.robot, problem.scene)
+    return problem if robot is problem.robot else replace(problem, robot=robot)
 
 
 def _with_all_hands(robot: Robot, problem: Problem) -> Problem:

@@ -11,8 +11,7 @@ import pinocchio as pin
 from humanoid_rail._arrays import Array, triple
 from humanoid_rail.errors import MISSING, InvalidInput
 from humanoid_rail.events import Event, EventKind
-from humanoid_rail.model.robot import Robot
-from humanoid_rail.planning.holding import (
+from humanoid_rail.holding.holding import (
     Contacts,
     Holding,
     after_grasp,
@@ -24,6 +23,7 @@ from humanoid_rail.planning.holding import (
     robot_among,
     supports,
 )
+from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.moves import Happening, Move
 from humanoid_rail.scene.objects import GRASP_REACH, distance_from_point, object_named, why_no_contact
 from humanoid_rail.scene.obstacles import Obstacle, name_of

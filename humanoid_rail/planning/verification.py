@@ -10,11 +10,11 @@ import numpy as np
 from humanoid_rail._arrays import FARTHEST, Array
 from humanoid_rail.collision.certificate import Certificate
 from humanoid_rail.errors import InvalidInput, check_kind, told_apart
+from humanoid_rail.holding.phases import certify_motion, sampled_motion
 from humanoid_rail.kinematics.kinematics import Kinematics
 from humanoid_rail.model.robot import Robot, check_joint_names
 from humanoid_rail.planning.event_checks import checked_events
 from humanoid_rail.planning.kept import deviations_of, kept_in_scene
-from humanoid_rail.planning.phases import certify_motion, sampled_motion
 from humanoid_rail.planning.start import warn_of_depth
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.trajectory import Trajectory

@@ -11,12 +11,12 @@ import numpy as np
 from humanoid_rail._arrays import Array
 from humanoid_rail.errors import told_apart
 from humanoid_rail.events import Event
+from humanoid_rail.holding.phases import sampled_motion
 from humanoid_rail.kinematics.inverse_kinematics import InverseKinematics
 from humanoid_rail.kinematics.path_metric import path_length
 from humanoid_rail.kinematics.task import Task
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.moves import WHY_REST, moves_of
-from humanoid_rail.planning.phases import sampled_motion
 from humanoid_rail.planning.target_tasks import tasks_of
 from humanoid_rail.resampling import evaluate
 from humanoid_rail.scene.scene import Scene

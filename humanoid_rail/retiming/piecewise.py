@@ -12,12 +12,12 @@ import numpy as np
 from humanoid_rail._arrays import Array
 from humanoid_rail.collision.certificate import Certificate
 from humanoid_rail.collision.certifier import certify
+from humanoid_rail.holding.phases import Phase, certify_motion, phases_of, sampled_motion
 from humanoid_rail.kinematics.deviation_bounds import deviations
 from humanoid_rail.kinematics.task import Task
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.kept import Kept, allowed_by, deviations_of
 from humanoid_rail.planning.moves import moves_of
-from humanoid_rail.planning.phases import Phase, certify_motion, phases_of, sampled_motion
 from humanoid_rail.resampling import SAME_TIME
 from humanoid_rail.retiming.passing import Retimed
 from humanoid_rail.scene.scene import Scene

@@ -21,11 +21,11 @@ from numpy.typing import ArrayLike
 from humanoid_rail._arrays import Array, frozen
 from humanoid_rail.collision.certificate import Certificate
 from humanoid_rail.errors import InvalidInput, check_kind, checked_number, told_apart
+from humanoid_rail.holding.phases import samples_of
 from humanoid_rail.kinematics.joint_limits import limit_violations
 from humanoid_rail.kinematics.path_metric import path_quality
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.planning.kept import recorded
-from humanoid_rail.planning.phases import samples_of
 from humanoid_rail.planning.planner import RESTS, judged
 from humanoid_rail.planning.segments import arrival
 from humanoid_rail.planning.verification import check_robot

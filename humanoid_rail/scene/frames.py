@@ -10,8 +10,8 @@ import pinocchio as pin
 
 from humanoid_rail._arrays import Array, triple
 from humanoid_rail.errors import InvalidInput, did_you_mean
-from humanoid_rail.scene.objects import placement_of
 from humanoid_rail.scene.obstacles import HalfSpace, Obstacle, is_moving
+from humanoid_rail.scene.placing import placement_of
 from humanoid_rail.scene.targets import AnyOf, Pose, Step, Straight, Target, alternatives, orientation
 
 SHOWN = 12

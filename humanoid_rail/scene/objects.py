@@ -10,8 +10,10 @@ import pinocchio as pin
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.errors import InvalidInput, did_you_mean
+from humanoid_rail.model.collision_bodies import coal_placement
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.scene.obstacles import HalfSpace, Obstacle, is_moving
+from humanoid_rail.scene.placing import placement_of
 from humanoid_rail.scene.shapes import PlacedShape, distance_between, placed_shapes
 from humanoid_rail.scene.targets import Line, Pose, Step, Straight, Target, pointing_direction, position
 
@@ -19,13 +21,6 @@ GRASP_REACH = 0.05
 """The point of a hand is no farther than this from what it grasps, m."""
 Pieces = tuple[tuple[coal.CollisionGeometry, ...], tuple[pin.SE3, ...]]
 """The convex pieces of an object, and where each is in its frame."""
-
-
-def placement_of(shape: Obstacle) -> pin.SE3:
-    """Return where the frame of an object or an obstacle is in the base frame; of a half-space it is the base frame."""
-    if isinstance(shape, HalfSpace):
-        return pin.SE3.Identity()
-    return pin.SE3(pin.rpy.rpyToMatrix(*getattr(shape, "rpy", (0.0, 0.0, 0.0))), np.array(shape.center))
 
 
 def pieces_of(shape: Obstacle, frame: pin.SE3) -> Pieces:
@@ -38,15 +33,16 @@ def pieces_of(shape: Obstacle, frame: pin.SE3) -> Pieces:
     )
 
 
+def placed_at(shape: Obstacle, frame: pin.SE3) -> list[PlacedShape]:
+    """Return the convex pieces of an object in the base frame, its own frame being at a place."""
+    pieces = zip(*pieces_of(shape, placement_of(shape)), strict=True)
+    return [PlacedShape(one, coal_placement(frame * there)) for one, there in pieces]
+
+
 def distance_from_point(shape: Obstacle, frame: pin.SE3, point: Array) -> float:
     """Return how far a point (3,) is from an object whose frame is at a place, m; negative within it."""
     tip = PlacedShape(coal.Sphere(0.0), coal.Transform3s(np.eye(3), point))
-    shapes, placements = pieces_of(shape, placement_of(shape))
-    places = [frame * there for there in placements]
-    return min(
-        distance_between(PlacedShape(one, coal.Transform3s(at.rotation, at.translation)), tip)
-        for one, at in zip(shapes, places, strict=True)
-    )
+    return min(distance_between(piece, tip) for piece in placed_at(shape, frame))
 
 
 def check_objects(objects: Sequence[Obstacle]) -> None:
@@ -88,7 +84,11 @@ def object_named(objects: Sequence[Obstacle], name: str) -> Obstacle:
 
 
 def check_holding(
-    robot: Robot, objects: Sequence[Obstacle], obstacles: Sequence[Obstacle], steps: Sequence[Step]
+    robot: Robot,
+    objects: Sequence[Obstacle],
+    obstacles: Sequence[Obstacle],
+    steps: Sequence[Step],
+    fields: Sequence[str],
 ) -> None:
     """Check what steps say of objects: who grasps, holds, releases and moves what.
 
@@ -97,6 +97,7 @@ def check_holding(
         objects: What can be held.
         obstacles: What cannot.
         steps: The steps, one after the other.
+        fields: What errors call each of them.
 
     Raises:
         InvalidInput: If a hand grasps what is not there or held, holds something already, releases what it does not
@@ -113,23 +114,35 @@ def check_holding(
     names = [str(one.name) for one in objects]
     held: dict[str, tuple[str, ...]] = {}
     standing = {str(one.name): one for one in objects}
-    for number, step in enumerate(steps):
-        where = f"targets[{number}]" if len(steps) > 1 else "targets"
+    for where, step in zip(fields, steps, strict=True):
         _check_contacts(where, step, names, obstacles)
         _check_targets(where, robot, step, names, held)
-        held = _after_release(where, robot, step, names, held)
-        held = _after_grasp(where, robot, step, names, held)
+        _check_release(where, robot, step, names, held)
+        _check_grasp(where, robot, step, names, held)
+        held = held_after(step, held)
         _check_reach(where, step, standing)
         standing = {name: one for name, one in standing.items() if name not in held}
+
+
+def by_object(hands: Mapping[str, str]) -> dict[str, tuple[str, ...]]:
+    """Return the hands of each object from the objects of hands."""
+    found: dict[str, tuple[str, ...]] = {}
+    for hand, name in hands.items():
+        found[name] = (*found.get(name, ()), hand)
+    return found
+
+
+def held_after(step: Step, held: Mapping[str, tuple[str, ...]]) -> dict[str, tuple[str, ...]]:
+    """Return the hands of each object that is held after a step, from those before it."""
+    kept = {name: hands for name, hands in held.items() if name not in step.release.values()}
+    return {**kept, **by_object(step.grasp)}
 
 
 def held_targets(steps: Sequence[Step], number: int) -> dict[str, tuple[str, ...]]:
     """Return the hands of each held object that a step has a target for, of steps whose grasps were checked."""
     held: dict[str, tuple[str, ...]] = {}
     for step in steps[:number]:
-        held = {name: hands for name, hands in held.items() if name not in step.release.values()}
-        for hand, name in step.grasp.items():
-            held[name] = (*held.get(name, ()), hand)
+        held = held_after(step, held)
     return {name: hands for name, hands in held.items() if name in steps[number]}
 
 
@@ -197,10 +210,10 @@ def _is_straight(target: object) -> bool:
     return isinstance(target, Pose) and (isinstance(target.approach, Straight) or target.retreat is not None)
 
 
-def _after_release(
+def _check_release(
     where: str, robot: Robot, step: Step, names: Sequence[str], held: Mapping[str, tuple[str, ...]]
-) -> dict[str, tuple[str, ...]]:
-    """Return what is held, by hands, after a step has released what it says."""
+) -> None:
+    """Check that hands release what they hold, all that hold an object together."""
     for hand, name in step.release.items():
         field = f"{where}.release.{hand}"
         _check_hand(field, robot, hand)
@@ -214,16 +227,15 @@ def _after_release(
         if letting_go and letting_go != set(hands):
             valid = f"released by all hands that hold it: {', '.join(hands)}"
             raise InvalidInput(f"{where}.release", dict(step.release), f"{name} {valid}")
-    return {name: hands for name, hands in held.items() if name not in step.release.values()}
 
 
-def _after_grasp(
-    where: str, robot: Robot, step: Step, names: Sequence[str], held: dict[str, tuple[str, ...]]
-) -> dict[str, tuple[str, ...]]:
-    """Return what is held, by hands, after a step has grasped what it says."""
+def _check_grasp(
+    where: str, robot: Robot, step: Step, names: Sequence[str], before: Mapping[str, tuple[str, ...]]
+) -> None:
+    """Check that hands which hold nothing grasp objects that nothing holds, once a step has released what it says."""
     if not step.stop and (step.grasp or step.release):
         raise InvalidInput(f"{where}.stop", False, "true where hands grasp or release something: they rest meanwhile")
-    found = dict(held)
+    held = {name: hands for name, hands in before.items() if name not in step.release.values()}
     for hand, name in step.grasp.items():
         field = f"{where}.grasp.{hand}"
         _check_hand(field, robot, hand)
@@ -235,8 +247,6 @@ def _after_grasp(
             raise InvalidInput(field, name, f"an object for a hand that holds nothing; {hand} holds {holding} then")
         if name in held:
             raise InvalidInput(field, name, f"an object that no hand holds; {', '.join(held[name])} has it then")
-        found[name] = (*found.get(name, ()), hand)
-    return found
 
 
 def _check_reach(where: str, step: Step, standing: Mapping[str, Obstacle]) -> None:

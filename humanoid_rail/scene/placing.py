@@ -16,6 +16,13 @@ def frame_of(center: tuple[float, float, float], rpy: tuple[float, float, float]
     return pin.SE3(pin.rpy.rpyToMatrix(*rpy), np.array(center))
 
 
+def placement_of(shape: Obstacle) -> pin.SE3:
+    """Return where the frame of an obstacle or an object is in the base frame; of a half-space it is the base frame."""
+    if isinstance(shape, HalfSpace):
+        return pin.SE3.Identity()
+    return frame_of(shape.center, (0.0, 0.0, 0.0) if isinstance(shape, Sphere) else shape.rpy)
+
+
 def put_into(frame: pin.SE3, obstacle: Obstacle, more: Mapping[str, object]) -> Obstacle:
     """Return an obstacle that is given in a frame as one in the base frame.
 

@@ -208,7 +208,8 @@ def check_scene(robot: Robot, scene: Scene) -> None:
         check_joint_targets(robot, step, where)
         if all(target is None for target in step.values()) and not step.has_joints:
             raise InvalidInput(where, step, "a target for one hand at least, or for joints")
-    check_holding(robot, scene.objects, scene.obstacles, scene.steps)
+    fields = [field_of_step(scene, number) for number in range(len(scene.steps))]
+    check_holding(robot, scene.objects, scene.obstacles, scene.steps, fields)
     within_position_limits(robot, start_of_scene(robot, scene), "initial")
 
 

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.collision import closest_pairs as collision
+from humanoid_rail.holding.phases import Phase, in_phases, phases_of
 from humanoid_rail.model.robot import Robot
-from humanoid_rail.planning.phases import Phase, phases_of
 from humanoid_rail.resampling import evaluate
 from humanoid_rail.scene.obstacles import name_of
 from humanoid_rail.scene.scene import Scene
@@ -61,21 +61,12 @@ def closest_pairs(robot: Robot, scene: Scene, trajectory: Trajectory, times: Arr
     t = np.asarray(times, float)
     parts = [
         _closest_in(phase, t[inside], evaluate(trajectory.motion, t[inside])[0])
-        for phase, inside in _in_phases(phases_of(robot, scene, trajectory.motion), t)
+        for phase, inside in in_phases(phases_of(robot, scene, trajectory.motion), t)
     ]
     obstacles = [pair for part in parts for pair in part.obstacles]
     links = [pair for part in parts for pair in part.links]
     # Of a kind that is not there in some phases nothing is said at all.
     return ClosestPairs(*(tuple(kind) if len(kind) == len(t) else () for kind in (obstacles, links)))
-
-
-def _in_phases(phases: Sequence[Phase], t: Array) -> Iterator[tuple[Phase, NDArray[np.bool_]]]:
-    """Yield phases with which of some times (K,) in s are in them."""
-    for number, phase in enumerate(phases):
-        inside = t < phase.end if number + 1 < len(phases) else np.full(t.shape, True)
-        inside &= (t >= phase.begin) | (number == 0)
-        if inside.any():
-            yield phase, inside
 
 
 def _closest_in(phase: Phase, t: Array, q: Array) -> ClosestPairs:

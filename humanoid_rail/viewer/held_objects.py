@@ -7,13 +7,14 @@ from typing import Any
 import meshcat
 import pinocchio as pin
 
+from humanoid_rail.holding.holding import Holding
+from humanoid_rail.holding.phases import phases_of
 from humanoid_rail.model.attached import COLOUR
 from humanoid_rail.model.collision_bodies import coal_placement
 from humanoid_rail.model.robot import Robot
-from humanoid_rail.planning.holding import Holding
-from humanoid_rail.planning.phases import phases_of
 from humanoid_rail.scene.colors import color_bytes
-from humanoid_rail.scene.objects import pieces_of, placement_of
+from humanoid_rail.scene.objects import pieces_of
+from humanoid_rail.scene.placing import placement_of
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.scene.shapes import PlacedShape
 from humanoid_rail.trajectory import Trajectory

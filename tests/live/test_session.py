@@ -14,7 +14,8 @@ from conftest import AHEAD
 from humanoid_rail import InvalidInput, Kinematics, Pose, Robot, Scene, Sphere, load_robot, paper_scene
 from humanoid_rail.live.session import Mode, Session
 from humanoid_rail.live.worker import Worker
-from humanoid_rail.live.world import World, nearer, placed, placement, target_rotation, turned_target
+from humanoid_rail.live.world import World, nearer, placed, target_rotation, turned_target
+from humanoid_rail.scene.placing import placement_of
 
 PATIENCE = 60.0
 """A busy machine is waited for this long, s."""
@@ -155,7 +156,7 @@ def test_what_is_turned_by_hand_is_turned(rng: np.random.Generator) -> None:
     np.testing.assert_allclose(pointing.approach, turn[:, 0], atol=1e-12)
     assert turned_target((0.0, 0.0, 0.0), point, turn) == (1.0, 2.0, 3.0)
     for obstacle in paper_scene().obstacles:
-        there = placement(placed(obstacle, point, turn))
+        there = placement_of(placed(obstacle, point, turn))
         np.testing.assert_allclose(there.translation, point)
 
 

@@ -31,7 +31,8 @@ from humanoid_rail import (
     write_trajectory,
 )
 from humanoid_rail._arrays import Array
-from humanoid_rail.planning.keeping import straight_to
+from humanoid_rail.kinematics.kinematics import Kinematics
+from humanoid_rail.planning.keeping import line_to, orientation_kept
 from humanoid_rail.resampling import evaluate
 
 METHODS = (Auto(), Auto(optimise=False), SafeVelocity(), GradientProjection())
@@ -181,7 +182,8 @@ def test_a_problem_with_constraints_is_solved(robot: Robot) -> None:
     left, _ = first_hands(robot)
     there = left + np.array([-0.3, 0.1, 0.1])
     empty = Scene(targets={"left": LEFT, "right": None})
-    constraints = straight_to(robot, "left", there, robot.initial)
+    state = Kinematics(robot).state(robot.initial)
+    constraints = (line_to(state, "left", there), orientation_kept(state, "left"))
     trajectory = solve(Problem(robot, empty, (PointTask("left", tuple(there)),), robot.initial, constraints))
     assert trajectory.status is Status.REACHED
     along = (there - left) / np.linalg.norm(there - left)
@@ -190,6 +192,11 @@ def test_a_problem_with_constraints_is_solved(robot: Robot) -> None:
     retimed = retime(trajectory, speed=0.3)
     assert retimed.certificate is not None
     assert len(retimed.certificate.deviations) == 2
+
+
+def test_a_hand_that_is_where_a_line_ends_stays_there(robot: Robot) -> None:
+    left, _ = first_hands(robot)
+    assert line_to(Kinematics(robot).state(robot.initial), "left", left) == PointTask("left", tuple(left.tolist()))
 
 
 def test_keeping_is_the_same_with_the_same_seed(robot: Robot) -> None:

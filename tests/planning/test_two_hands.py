@@ -7,8 +7,8 @@ import pinocchio as pin
 import pytest
 
 from humanoid_rail import Trajectory, load_robot, plan, retime
+from humanoid_rail.holding.holding import hand_placement
 from humanoid_rail.model.robot import Robot
-from humanoid_rail.planning.holding import hand_placement
 from humanoid_rail.scene.scene import make_scene
 
 SHIFT = np.array([0.08, 0.0, 0.1])

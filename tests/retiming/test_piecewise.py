@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from humanoid_rail import Scene, Trajectory, load_robot, load_scene, plan, retime, verify
-from humanoid_rail.planning.holding import hand_placement
+from humanoid_rail.holding.holding import hand_placement
 from humanoid_rail.resampling import evaluate
 
 pytestmark = pytest.mark.filterwarnings("ignore:no collision body")

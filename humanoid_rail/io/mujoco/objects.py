@@ -18,8 +18,9 @@ from humanoid_rail.model.collision_bodies import coal_placement
 from humanoid_rail.model.hand_links import hand_bodies, link_of
 from humanoid_rail.model.robot import Robot
 from humanoid_rail.model.urdf import read_urdf
-from humanoid_rail.scene.objects import pieces_of, placement_of
+from humanoid_rail.scene.objects import pieces_of
 from humanoid_rail.scene.obstacles import Obstacle
+from humanoid_rail.scene.placing import placement_of
 from humanoid_rail.scene.shapes import PlacedShape
 from humanoid_rail.trajectory import Trajectory
 

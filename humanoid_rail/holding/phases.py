@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 
 import numpy as np
+from numpy.typing import NDArray
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.collision.certificate import Certificate, combined
 from humanoid_rail.collision.certifier import certify
 from humanoid_rail.events import Event, EventKind
-from humanoid_rail.kinematics.state import Course
-from humanoid_rail.model.pairs import UncheckedPair
-from humanoid_rail.model.robot import Robot
-from humanoid_rail.planning.holding import (
+from humanoid_rail.holding.holding import (
     Contacts,
     Holding,
     after_grasp,
@@ -25,7 +23,9 @@ from humanoid_rail.planning.holding import (
     at_the_start,
     robot_among,
 )
-from humanoid_rail.problem import Problem
+from humanoid_rail.kinematics.state import Course
+from humanoid_rail.model.pairs import UncheckedPair
+from humanoid_rail.model.robot import Robot
 from humanoid_rail.resampling import evaluate
 from humanoid_rail.result import Method, Motion, Timing
 from humanoid_rail.samples import Samples, samples_along
@@ -126,6 +126,16 @@ def _said(pair: UncheckedPair, times: Sequence[tuple[float, float]], whole: tupl
     return replace(pair, why=f"{pair.why}, {' and '.join(f'{a:.4g} to {b:.4g} s' for a, b in times)}")
 
 
+def in_phases(phases: Sequence[Phase], t: Array) -> Iterator[tuple[Phase, NDArray[np.bool_]]]:
+    """Yield phases with which of some times (K,) in s are in them; where one begins it is no longer the one before."""
+    for number, phase in enumerate(phases):
+        inside = (t >= phase.begin) | (number == 0)
+        if number + 1 < len(phases):
+            inside &= t < phase.end
+        if inside.any():
+            yield phase, inside
+
+
 def part_of(motion: Motion, begin: float, end: float) -> tuple[Array, Array, Array | None]:
     """Return times (K,), configurations (K, n) and velocities (K, n), if any, of a motion between two times in s."""
     first, last = motion.t[0], motion.t[-1]
@@ -143,30 +153,34 @@ def sampled_motion(robot: Robot, t: Array, q: Array, velocity: Array | None, eve
     return Motion(t, q, robot.joint_names, timing, events)
 
 
-def among_objects(problem: Problem) -> Problem:
-    """Return a problem in whose robot the objects of its scene are links, where they stand at first."""
-    names = {str(one.name) for one in problem.scene.objects}
-    if not names or names & set(problem.robot.link_names):
-        return problem
-    robot, _ = robot_among(problem.robot, problem.scene, at_the_start(problem.scene), {})
-    return replace(problem, robot=robot)
-
-
-def samples_of(robot: Robot, scene: Scene, motion: Motion, method: Method, engine: str = "native") -> Samples:
+def samples_of(
+    robot: Robot,
+    scene: Scene,
+    motion: Motion,
+    method: Method,
+    engine: str = "native",
+    chosen: NDArray[np.bool_] | None = None,
+) -> Samples:
     """Return the samples of a motion among the obstacles and objects of a scene; see :func:`samples_along`.
 
     What a hand holds counts as a link. Where it may touch an obstacle, the robot alone counts for that one.
+
+    Args:
+        robot: The robot, with all its hands and without objects.
+        scene: The scene.
+        motion: The motion.
+        method: What planned it.
+        engine: What computes them.
+        chosen: Which of the samples of the motion (N,) to look at; all if not given.
     """
+    times, configurations = (motion.t, motion.q) if chosen is None else (motion.t[chosen], motion.q[chosen])
     if not scene.objects:
-        return samples_along(robot, scene.obstacles, motion.t, motion.q, method, engine)
+        return samples_along(robot, scene.obstacles, times, configurations, method, engine)
 
     def compute() -> Course:
         parts = list[Course]()
-        phases = phases_of(robot, scene, motion)
-        for number, phase in enumerate(phases):
-            last = number == len(phases) - 1
-            inside = (motion.t >= phase.begin) & ((motion.t <= phase.end) if last else (motion.t < phase.end))
-            t, q = motion.t[inside], motion.q[inside]
+        for phase, inside in in_phases(phases_of(robot, scene, motion), times):
+            t, q = times[inside], configurations[inside]
             bare = samples_along(robot, scene.obstacles, t, q, method, engine).course
             held = samples_along(phase.robot, phase.obstacles, t, q, method, engine).course
             clearance = bare.clearance.copy()

@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-import coal
 import pinocchio as pin
 
 from humanoid_rail._arrays import Array
 from humanoid_rail.model.attached import ObjectBody, with_objects
 from humanoid_rail.model.hand_links import hand_bodies
 from humanoid_rail.model.robot import Robot
-from humanoid_rail.scene.objects import object_named, pieces_of, placement_of
+from humanoid_rail.scene.objects import object_named, pieces_of, placed_at
 from humanoid_rail.scene.obstacles import Obstacle, is_moving, name_of
+from humanoid_rail.scene.placing import placement_of
 from humanoid_rail.scene.scene import Scene
-from humanoid_rail.scene.shapes import PlacedShape, distance_between
+from humanoid_rail.scene.shapes import PlacedShape, distance_between, placed_shapes
 
 Contacts = Mapping[str, frozenset[str]]
 """What each object may touch, by its name: links, other objects, and obstacles as errors call them."""
@@ -39,10 +39,6 @@ class Holding:
     """Where the frame of each object that no hand holds is in the base frame."""
     held: Mapping[str, Held] = field(default_factory=dict)
     """The others."""
-
-    def hands_of(self, name: str) -> tuple[str, ...]:
-        """Return the hands that hold an object."""
-        return self.held[name].hands if name in self.held else ()
 
 
 def at_the_start(scene: Scene) -> Holding:
@@ -96,30 +92,15 @@ def supports(robot: Robot, scene: Scene, holding: Holding, name: str, q: Array, 
         q: Where the robot is (n,), m and rad.
         within: How near, m.
     """
-    pieces = _placed(scene, name, object_placement(robot, holding, name, q))
+    pieces = placed_at(object_named(scene.objects, name), object_placement(robot, holding, name, q))
     found = set[str]()
     for number, obstacle in enumerate(scene.obstacles):
-        if not is_moving(obstacle) and _distance(pieces, _placed_obstacle(obstacle)) < within:
+        if not is_moving(obstacle) and _distance(pieces, placed_shapes(obstacle)) < within:
             found.add(name_of(scene.obstacles, number))
-    for other in holding.standing:
-        if other != name and _distance(pieces, _placed(scene, other, holding.standing[other])) < within:
+    for other, place in holding.standing.items():
+        if other != name and _distance(pieces, placed_at(object_named(scene.objects, other), place)) < within:
             found.add(other)
     return frozenset(found)
-
-
-def _placed(scene: Scene, name: str, place: pin.SE3) -> list[PlacedShape]:
-    shape = object_named(scene.objects, name)
-    shapes, placements = pieces_of(shape, placement_of(shape))
-    return [_at(one, place * placement) for one, placement in zip(shapes, placements, strict=True)]
-
-
-def _placed_obstacle(obstacle: Obstacle) -> list[PlacedShape]:
-    shapes, placements = pieces_of(obstacle, pin.SE3.Identity())
-    return [_at(one, placement) for one, placement in zip(shapes, placements, strict=True)]
-
-
-def _at(shape: coal.CollisionGeometry, place: pin.SE3) -> PlacedShape:
-    return PlacedShape(shape, coal.Transform3s(place.rotation, place.translation))
 
 
 def _distance(one: Iterable[PlacedShape], other: Collection[PlacedShape]) -> float:
