@@ -12,11 +12,7 @@ The plain geometry is in `plain_geometry.py`, and what motions there are in `ran
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import AbstractContextManager, nullcontext
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -25,9 +21,10 @@ import numpy as np
 
 from humanoid_rail import Certificate, Contact, HumanoidRailError, verify
 from humanoid_rail._arrays import Array
-from humanoid_rail.cli.console import check_least, console, print_table, run
-from humanoid_rail.progress import progress_bar
+from humanoid_rail.cli.console import check_least, run
 from humanoid_rail.scene.obstacles import Obstacle, name_of
+from validation import compared
+from validation.compared import MARGIN, SLIGHT, Outcome, compare_all, contradictions, tell
 from validation.plain_geometry import (
     LINKS,
     NEIGHBOURS,
@@ -42,28 +39,6 @@ from validation.plain_geometry import (
     segment_segment,
 )
 from validation.random_motions import KINDS, Motion, make_motion, robot, scene_of
-
-MARGIN = 1e-3
-"""A motion that is free by more has to be certified, and contacts are where they are said to be to within this, m."""
-PRECISION = 1e-6
-"""Bounds are precise to this, m."""
-SLIGHT = 1e-5
-"""Penetration by no more than this may go unnoticed, m."""
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """The certificate of a motion compared with plain geometry."""
-
-    index: int
-    kind: str
-    certified: bool
-    clearance: float
-    """Smallest by plain geometry, m."""
-    bound: float
-    """The certificate's, m."""
-    broken: tuple[str, ...]
-    """What does not hold."""
 
 
 @click.command()
@@ -83,31 +58,14 @@ def main(scenes: int, first: int, seed: int, jobs: int, finer: int, json_file: P
     check_least(0, first=first, seed=seed)
     outcomes = check_all(range(first, first + scenes), seed, finer, jobs)
     rows = summary(outcomes)
-    print_table("certificates", f"Certificates, seed {seed}; clearances in mm", ("", "all", *KINDS), rows, readme)
-    broken = [outcome for outcome in outcomes if outcome.broken]
-    for outcome in broken:
-        console().print(f"motion {outcome.index} ({outcome.kind}): {'; '.join(outcome.broken)}", soft_wrap=True)
-    console().print(f"The statements hold of {len(outcomes) - len(broken)} motions out of {len(outcomes)}.")
-    if json_file is not None:
-        table = {name: dict(zip(("all", *KINDS), values, strict=True)) for name, *values in rows}
-        report = {"seed": seed, "first": first, "scenes": scenes, "finer": finer, "table": table}
-        report["broken"] = [asdict(outcome) for outcome in broken]
-        json_file.parent.mkdir(parents=True, exist_ok=True)
-        json_file.write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")
-    return 1 if broken else 0
+    asked = {"seed": seed, "first": first, "scenes": scenes, "finer": finer}
+    title = f"Certificates, seed {seed}; clearances in mm"
+    return tell("certificates", title, KINDS, rows, outcomes, asked, json_file, readme)
 
 
 def check_all(indices: range, seed: int, finer: int, jobs: int) -> list[Outcome]:
     """Return the outcomes of motions by their numbers, in order; by processes of their own if jobs is above 1."""
-    outcomes = []
-    pools: AbstractContextManager[ProcessPoolExecutor | None] = ProcessPoolExecutor(jobs) if jobs > 1 else nullcontext()
-    with pools as pool, progress_bar("checking", len(indices)) as advance:
-        work = partial(check, seed, finer)
-        found: Iterable[Outcome] = pool.map(work, indices, chunksize=8) if pool else map(work, indices)
-        for outcome in found:
-            outcomes.append(outcome)
-            advance(1)
-    return outcomes
+    return compare_all(partial(check, seed, finer), indices, jobs)
 
 
 def check(seed: int, finer: int, index: int) -> Outcome:
@@ -133,7 +91,14 @@ def check(seed: int, finer: int, index: int) -> Outcome:
     if certificate.certified and neighbours.min() <= 0.0:
         links = [LINKS[i] for i in NEIGHBOURS[int(neighbours.min(axis=0).argmin())]]
         broken = (*broken, f"certified, but {' and '.join(links)} meet away from their joint")
-    return Outcome(index, motion.kind, certificate.certified, float(apart.min()), bound, broken)
+    return Outcome(
+        index=index,
+        kind=motion.kind,
+        certified=certificate.certified,
+        clearance=float(apart.min()),
+        bound=bound,
+        broken=broken,
+    )
 
 
 def clearances(course: Course, obstacles: Sequence[Obstacle]) -> Array:
@@ -147,18 +112,10 @@ def clearances(course: Course, obstacles: Sequence[Obstacle]) -> Array:
 def judge(motion: Motion, course: Course, apart: Array, certificate: Certificate) -> tuple[str, ...]:
     """Return which statements a certificate breaks, given the clearances (M, P) on the course of its motion."""
     k, pair = np.unravel_index(apart.argmin(), apart.shape)
-    least, bound, contact = apart[k, pair], certificate.clearance_bound, certificate.contact
+    least, contact = apart[k, pair], certificate.contact
     names = _names(motion, int(pair))
     found = f"{' and '.join(names)} are {1e3 * least:.4f} mm apart at t = {course.t[k]:.6f} s"
-    broken = []
-    if certificate.certified and (least <= 0.0 or contact is not None):
-        broken.append(f"certified, but {found}")
-    if bound is None or bound > least + PRECISION:
-        broken.append(f"the bound is {bound} m, but {found}")
-    if not certificate.certified and least > MARGIN:
-        broken.append(f"not certified, but {found}")
-    if contact is None and least < -SLIGHT:
-        broken.append(f"no contact, but {found}")
+    broken = contradictions(certificate, least, found)
     if contact is not None:
         if (away := distance_of(contact, motion)) > MARGIN:
             broken.append(f"{contact}, but that is {1e3 * away:.4f} mm off")
@@ -196,10 +153,8 @@ def distance_of(contact: Contact, motion: Motion) -> float:
 def summary(outcomes: Sequence[Outcome]) -> list[list[str]]:
     """Return rows of what came of all motions and of those of each kind.
 
-    The last four have, in mm, the smallest clearance of motions that are certified, the largest of those that are not,
-    and how far bounds are above the clearance and, of motions that are certified, below it.
+    The last four are those of :func:`validation.compared.summary`.
     """
-    groups = [list(outcomes), *([o for o in outcomes if o.kind == kind] for kind in KINDS)]
     counts: dict[str, Callable[[Outcome], bool]] = {
         "motions": lambda o: True,
         "certified": lambda o: o.certified,
@@ -208,23 +163,7 @@ def summary(outcomes: Sequence[Outcome]) -> list[list[str]]:
         "of these certified": lambda o: 0.0 < o.clearance <= MARGIN and o.certified,
         "wrong": lambda o: bool(o.broken),
     }
-    rows = [[name, *(str(sum(map(counted, group))) for group in groups)] for name, counted in counts.items()]
-    extremes = {
-        "least if certified": [min(_of(group, True), default=None) for group in groups],
-        "largest if not": [max(_of(group, False), default=None) for group in groups],
-        "bound above by up to": [max((o.bound - o.clearance for o in group), default=None) for group in groups],
-        "bound below by up to": [
-            max((o.clearance - o.bound for o in group if o.certified), default=None) for group in groups
-        ],
-    }
-    for name, values in extremes.items():
-        rows.append([name, *("" if value is None else f"{1e3 * value:.4f}" for value in values)])
-    return rows
-
-
-def _of(outcomes: Sequence[Outcome], certified: bool) -> list[float]:
-    """Return the clearances of motions that are certified, or of those that are not, m."""
-    return [o.clearance for o in outcomes if o.certified == certified]
+    return compared.summary(outcomes, KINDS, counts)
 
 
 if __name__ == "__main__":

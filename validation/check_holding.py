@@ -12,11 +12,8 @@ The plain geometry is in `held_geometry.py` and `plain_geometry.py`, and what mo
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import AbstractContextManager, nullcontext
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -25,40 +22,25 @@ import numpy as np
 
 from humanoid_rail import Certificate, Contact, HumanoidRailError, verify
 from humanoid_rail._arrays import Array
-from humanoid_rail.cli.console import check_least, console, print_table, run
+from humanoid_rail.cli.console import check_least, run
 from humanoid_rail.model.pairs import IN_PART
-from humanoid_rail.progress import progress_bar
+from validation import compared
+from validation.compared import MARGIN, SLIGHT, Outcome, compare_all, contradictions, tell
 from validation.held_course import HeldMotion, Part, parts
 from validation.held_geometry import Body, bone, clearances, distance, point
 from validation.held_motions import KINDS, make_motion
 from validation.plain_geometry import LINKS, NEIGHBOURS, PAIRS, far_segments
 from validation.random_motions import robot
 
-MARGIN = 1e-3
-"""A motion that is free by more has to be certified, and contacts are where they are said to be to within this, m."""
-PRECISION = 1e-6
-"""Bounds are precise to this, m."""
-SLIGHT = 1e-5
-"""Penetration by no more than this may go unnoticed, m."""
 
+@dataclass(frozen=True, kw_only=True)
+class HeldOutcome(Outcome):
+    """The certificate of a motion that carries objects, compared with plain geometry."""
 
-@dataclass(frozen=True)
-class Outcome:
-    """The certificate of a motion compared with plain geometry."""
-
-    index: int
-    kind: str
-    certified: bool
-    clearance: float
-    """Smallest by plain geometry, m."""
-    bound: float
-    """The certificate's, m."""
     with_object: bool
     """Whether an object is one of those that are nearest."""
     left_out: int
     """How many pairs are not checked somewhere."""
-    broken: tuple[str, ...]
-    """What does not hold."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,34 +77,17 @@ def main(
     check_least(0, first=first, seed=seed)
     outcomes = check_all(range(first, first + motions), seed, finer, jobs)
     rows = summary(outcomes)
-    print_table("holding", f"Certificates with objects, seed {seed}; mm", ("", "all", *KINDS), rows, readme)
-    broken = [outcome for outcome in outcomes if outcome.broken]
-    for outcome in broken:
-        console().print(f"motion {outcome.index} ({outcome.kind}): {'; '.join(outcome.broken)}", soft_wrap=True)
-    console().print(f"The statements hold of {len(outcomes) - len(broken)} motions out of {len(outcomes)}.")
-    if json_file is not None:
-        table = {name: dict(zip(("all", *KINDS), values, strict=True)) for name, *values in rows}
-        report = {"seed": seed, "first": first, "motions": motions, "finer": finer, "table": table}
-        report["broken"] = [asdict(outcome) for outcome in broken]
-        json_file.parent.mkdir(parents=True, exist_ok=True)
-        json_file.write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")
-    return 1 if broken else 0
+    asked = {"seed": seed, "first": first, "motions": motions, "finer": finer}
+    title = f"Certificates with objects, seed {seed}; mm"
+    return tell("holding", title, KINDS, rows, outcomes, asked, json_file, readme)
 
 
-def check_all(indices: range, seed: int, finer: int, jobs: int) -> list[Outcome]:
+def check_all(indices: range, seed: int, finer: int, jobs: int) -> list[HeldOutcome]:
     """Return the outcomes of motions by their numbers, in order; by processes of their own if jobs is above 1."""
-    outcomes = []
-    pools: AbstractContextManager[ProcessPoolExecutor | None] = ProcessPoolExecutor(jobs) if jobs > 1 else nullcontext()
-    with pools as pool, progress_bar("checking", len(indices)) as advance:
-        work = partial(check, seed, finer)
-        found: Iterable[Outcome] = pool.map(work, indices, chunksize=8) if pool else map(work, indices)
-        for outcome in found:
-            outcomes.append(outcome)
-            advance(1)
-    return outcomes
+    return compare_all(partial(check, seed, finer), indices, jobs)
 
 
-def check(seed: int, finer: int, index: int) -> Outcome:
+def check(seed: int, finer: int, index: int) -> HeldOutcome:
     """Make a motion and hold its certificate against plain geometry.
 
     Raises:
@@ -137,15 +102,15 @@ def check(seed: int, finer: int, index: int) -> Outcome:
     looked = look(motion, finer, in_part)
     nearest = min(looked, key=lambda one: one.least)
     objects = {str(one.name) for one in motion.objects}
-    return Outcome(
-        index,
-        motion.kind,
-        certificate.certified,
-        nearest.least,
-        np.nan if certificate.clearance_bound is None else certificate.clearance_bound,
-        not objects.isdisjoint(nearest.nearest),
-        len(frozenset[frozenset[str]]().union(*(one.part.left_out for one in looked))),
-        judge(looked, certificate),
+    return HeldOutcome(
+        index=index,
+        kind=motion.kind,
+        certified=certificate.certified,
+        clearance=nearest.least,
+        bound=np.nan if certificate.clearance_bound is None else certificate.clearance_bound,
+        with_object=not objects.isdisjoint(nearest.nearest),
+        left_out=len(frozenset[frozenset[str]]().union(*(one.part.left_out for one in looked))),
+        broken=judge(looked, certificate),
     )
 
 
@@ -176,17 +141,9 @@ def _look(part: Part, in_part: bool) -> Looked:
 def judge(looked: Sequence[Looked], certificate: Certificate) -> tuple[str, ...]:
     """Return which statements a certificate breaks, given what plain geometry finds of the parts of its motion."""
     nearest = min(looked, key=lambda one: one.least)
-    least, bound, contact = nearest.least, certificate.clearance_bound, certificate.contact
+    least, contact = nearest.least, certificate.contact
     found = f"{' and '.join(nearest.nearest)} are {1e3 * least:.4f} mm apart at t = {nearest.at:.6f} s"
-    broken = []
-    if certificate.certified and (least <= 0.0 or contact is not None):
-        broken.append(f"certified, but {found}")
-    if bound is None or bound > least + PRECISION:
-        broken.append(f"the bound is {bound} m, but {found}")
-    if not certificate.certified and least > MARGIN:
-        broken.append(f"not certified, but {found}")
-    if contact is None and least < -SLIGHT:
-        broken.append(f"no contact, but {found}")
+    broken = contradictions(certificate, least, found)
     if contact is not None:
         away = min(distance_of(contact, one) for one in looked)
         if away > MARGIN:
@@ -216,14 +173,12 @@ def distance_of(contact: Contact, looked: Looked) -> float:
     return float(max(distance(one, other)[0], distance(point(np.array(contact.point)), touched)[0]))
 
 
-def summary(outcomes: Sequence[Outcome]) -> list[list[str]]:
+def summary(outcomes: Sequence[HeldOutcome]) -> list[list[str]]:
     """Return rows of what came of all motions and of those of each kind.
 
-    The last four have, in mm, the smallest clearance of motions that are certified, the largest of those that are not,
-    and how far bounds are above the clearance and, of motions that are certified, below it.
+    The last four are those of :func:`validation.compared.summary`.
     """
-    groups = [list(outcomes), *([o for o in outcomes if o.kind == kind] for kind in KINDS)]
-    counts: dict[str, Callable[[Outcome], bool]] = {
+    counts: dict[str, Callable[[HeldOutcome], bool]] = {
         "motions": lambda o: True,
         "certified": lambda o: o.certified,
         "touching": lambda o: o.clearance <= 0.0,
@@ -233,23 +188,7 @@ def summary(outcomes: Sequence[Outcome]) -> list[list[str]]:
         "free by up to 1 mm": lambda o: 0.0 < o.clearance <= MARGIN,
         "wrong": lambda o: bool(o.broken),
     }
-    rows = [[name, *(str(sum(map(counted, group))) for group in groups)] for name, counted in counts.items()]
-    extremes = {
-        "least if certified": [min(_of(group, True), default=None) for group in groups],
-        "largest if not": [max(_of(group, False), default=None) for group in groups],
-        "bound above by up to": [max((o.bound - o.clearance for o in group), default=None) for group in groups],
-        "bound below by up to": [
-            max((o.clearance - o.bound for o in group if o.certified), default=None) for group in groups
-        ],
-    }
-    for name, values in extremes.items():
-        rows.append([name, *("" if value is None else f"{1e3 * value:.4f}" for value in values)])
-    return rows
-
-
-def _of(outcomes: Sequence[Outcome], certified: bool) -> list[float]:
-    """Return the clearances of motions that are certified, or of those that are not, m."""
-    return [o.clearance for o in outcomes if o.certified == certified]
+    return compared.summary(outcomes, KINDS, counts)
 
 
 if __name__ == "__main__":

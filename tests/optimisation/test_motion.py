@@ -9,38 +9,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import ROOT
-from scipy.interpolate import CubicHermiteSpline
+from drivable import EXCESS, assert_within_limits
 
 from humanoid_rail import Robot, Scene, Sphere, Status, Trajectory, load_robot, load_scene, plan, retime, verify
 from humanoid_rail.optimisation import motion as optimisation_motion
 from humanoid_rail.paper import dh_table as dh
 from humanoid_rail.planning.methods import Auto
 
-MS = 1e-3
-EXCESS = 1e-6
 SCENES = ("sparse-80003", "sparse-80015", "dense-240002", "dense-240011", "shelf-900000", "shelf-900005", "deep-500007")
 QUICK = Auto(optimise=False)
 
 
 def scene_of(name: str) -> Scene:
     return load_scene(Path(ROOT) / "scenes" / "dev" / f"{name}.json")
-
-
-def assert_within_limits(robot: Robot, motion: Trajectory) -> None:
-    """Hold a motion against the limits at 1 ms, evaluated by SciPy; and it rests at both ends."""
-    assert motion.timing is not None
-    spline = CubicHermiteSpline(motion.t, motion.q, motion.timing.velocity)
-    t = np.append(np.arange(0.0, motion.duration, MS), motion.duration)
-    assert (spline(t) <= robot.upper + EXCESS).all()
-    assert (spline(t) >= robot.lower - EXCESS).all()
-    assert (abs(spline(t, 1)) <= robot.velocity_limit * (1.0 + EXCESS)).all()
-    assert (abs(spline(t, 2)) <= robot.acceleration_limit * (1.0 + EXCESS)).all()
-    ends = [0, -1]
-    assert not motion.timing.velocity[ends].any()
-    assert not motion.timing.acceleration[ends].any()
-    # Accelerations are continuous: the cubics' at both sides of a sample are those of the timing.
-    np.testing.assert_allclose(spline(motion.t[:-1] + 1e-9, 2), motion.timing.acceleration[:-1], atol=1e-4)
-    np.testing.assert_allclose(spline(motion.t[1:] - 1e-9, 2), motion.timing.acceleration[1:], atol=1e-4)
 
 
 @pytest.mark.parametrize("name", SCENES)

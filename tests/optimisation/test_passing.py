@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
+from drivable import assert_within_limits
 from scipy.interpolate import CubicHermiteSpline
 
 from humanoid_rail import (
@@ -32,8 +33,6 @@ from humanoid_rail.optimisation.waypoints import APART, margin, smoothest, sprea
 from humanoid_rail.planning.methods import Auto
 from humanoid_rail.planning.moves import moves_of
 
-MS = 1e-3
-EXCESS = 1e-6
 SHELF = [
     {"type": "sphere", "center": [-1.0, 2.0, 2.6], "radius": 0.25},
     {"type": "box", "center": [-1.9, 1.4, 2.9], "size": [0.4, 3.0, 0.04]},
@@ -100,20 +99,6 @@ def speeds(motion: Trajectory) -> np.ndarray:
     return np.array([abs(spline(t, 1)).max() for t in motion.arrivals])
 
 
-def assert_drivable(robot: Robot, motion: Trajectory) -> None:
-    """Hold a motion against the limits at 1 ms, by SciPy, and it rests at both ends."""
-    assert motion.timing is not None
-    spline = CubicHermiteSpline(motion.t, motion.q, motion.timing.velocity)
-    t = np.append(np.arange(0.0, motion.duration, MS), motion.duration)
-    assert (spline(t) <= robot.upper + EXCESS).all()
-    assert (spline(t) >= robot.lower - EXCESS).all()
-    assert (abs(spline(t, 1)) <= robot.velocity_limit * (1.0 + EXCESS)).all()
-    assert (abs(spline(t, 2)) <= robot.acceleration_limit * (1.0 + EXCESS)).all()
-    assert not motion.timing.velocity[[0, -1]].any()
-    # Accelerations are continuous, also where targets are passed.
-    np.testing.assert_allclose(spline(motion.t[:-1] + 1e-9, 2), motion.timing.acceleration[:-1], atol=1e-3)
-
-
 @pytest.mark.parametrize("case", CASES)
 def test_targets_are_passed_exactly_and_sooner(case: str) -> None:
     robot, asked, motion, stopping = planned_case(case)
@@ -125,7 +110,7 @@ def test_targets_are_passed_exactly_and_sooner(case: str) -> None:
     assert (done.passed, done.optimised, done.stopped) == (len(asked.steps) - 1, len(asked.steps), "")
     assert max(off_target(robot, asked, motion)) <= 1e-6
     assert (speeds(motion)[:-1] > 0.1).all()
-    assert_drivable(robot, motion)
+    assert_within_limits(robot, motion)
     assert motion.duration < 0.9 * stopping.duration
     assert all(abs(motion.t - t).min() < 1e-12 for t in motion.arrivals)
     proof = verify(robot, asked, motion)
@@ -150,7 +135,7 @@ def test_it_rests_where_steps_do_not_say_otherwise(robot: Robot) -> None:
     assert motion.provenance.optimisation.passed == 2
     np.testing.assert_array_equal(speeds(motion) > 1e-9, [True, False, True, False])
     assert max(off_target(robot, asked, motion)) <= 1e-6
-    assert_drivable(robot, motion)
+    assert_within_limits(robot, motion)
 
 
 def rest_to_rest(way: float, velocity: float, acceleration: float) -> float:
@@ -260,7 +245,7 @@ def test_a_limit_of_jerk_is_kept(robot: Robot) -> None:
     assert max(off_target(smooth, asked, motion)) <= 1e-6
     assert motion.timing is not None
     assert max(peak.jerk for peak in motion.timing.peaks) <= 60.0 * (1.0 + 1e-4)
-    assert_drivable(smooth, motion)
+    assert_within_limits(smooth, motion)
 
 
 def test_it_can_be_retimed() -> None:
