@@ -95,6 +95,14 @@ def picks_help(robot: Robot) -> bytes:
         return taken(page, 1.6)
 
 
+def kit(robot: Robot) -> bytes:
+    """Return the page of a kitting round in which parts are carried."""
+    scene = load_scene(SCENES / "kit.yaml")
+    own = load_robot_of_scene(scene)
+    with page_of(playback_html(own, scene, plan(own, scene))) as page:
+        return taken(page, 4.3)
+
+
 def aisle_page(robot: Robot) -> bytes:
     """Return the page of an aisle of more than a thousand boxes."""
     with page_of(playback_html(robot, *retimed(robot, aisle()))) as page:
@@ -165,6 +173,7 @@ PICTURES: dict[str, Callable[[Robot], bytes]] = {
     "case3_times.png": case3_times,
     "picks.png": picks,
     "help.png": picks_help,
+    "kit.png": kit,
     "aisle.png": aisle_page,
     "compare.png": compared,
     "failed.png": failed,
