@@ -10,8 +10,10 @@ from humanoid_rail.cli.console import console
 from humanoid_rail.collision.certificate import Certificate
 from humanoid_rail.diagnosis import TRIED, Diagnosis, besides
 from humanoid_rail.errors import told_apart
+from humanoid_rail.events import Event
 from humanoid_rail.kinematics.joint_limits import Violation
 from humanoid_rail.kinematics.path_metric import PathQuality
+from humanoid_rail.model.allowed_contacts import allowed_contacts, may_touch
 from humanoid_rail.model.pairs import NEITHER_MOVES, UncheckedPair
 from humanoid_rail.result import SO_FAR, Status
 from humanoid_rail.trajectory import Trajectory
@@ -37,7 +39,7 @@ def report_plan(title: str, trajectory: Trajectory) -> None:
         ("duration", duration_text(trajectory.duration, trajectory.least_duration)),
         *_timing(trajectory),
         ("method", trajectory.method.name + _found_by(trajectory)),
-        *_clearances(certificate),
+        *_clearances(certificate, trajectory.events),
         ("manipulability", f"{trajectory.manipulability[0]:.3f} to {trajectory.manipulability[-1]:.3f}"),
         ("path", _path(trajectory)),
         (
@@ -48,11 +50,17 @@ def report_plan(title: str, trajectory: Trajectory) -> None:
     _print(title, rows)
 
 
-def report_certificate(title: str, certificate: Certificate, t: Array, more: Iterable[tuple[str, str]] = ()) -> None:
-    """Print a short table of what is proven of a motion with samples at times (N,) in s, and more rows."""
+def report_certificate(
+    title: str,
+    certificate: Certificate,
+    t: Array,
+    more: Iterable[tuple[str, str]] = (),
+    events: Sequence[Event] = (),
+) -> None:
+    """Print a short table of what is proven of a motion with samples at times (N,) in s and events, and more rows."""
     start, end = float(t[0]), float(t[-1])
-    rows = [("certified", _certified(certificate, start, end)), *_before(start), *more, *_clearances(certificate)]
-    _print(title, rows)
+    clearances = _clearances(certificate, events)
+    _print(title, [("certified", _certified(certificate, start, end)), *_before(start), *more, *clearances])
 
 
 def _before(start: float) -> Iterator[tuple[str, str]]:
@@ -118,13 +126,20 @@ def beyond_limits(violations: Sequence[Violation]) -> Iterator[tuple[str, str]]:
         yield "" if i else "beyond limits", f"{what}, at {violation.t:.2f} s"
 
 
-def _clearances(certificate: Certificate | None) -> Iterator[tuple[str, str]]:
+def _clearances(certificate: Certificate | None, events: Sequence[Event]) -> Iterator[tuple[str, str]]:
     """Say how near things come."""
     if certificate is not None:
         yield "least clearance", _clearance(certificate.min_clearance_obstacles, "no obstacles")
         yield "between links", _clearance(certificate.min_clearance_self, "no pairs to check")
+        contacts = allowed_contacts(certificate.unchecked_pairs, {event.object for event in events})
+        for i, contact in enumerate(contacts):
+            yield "" if i else "may touch", contact
         unmoved = [pair for pair in certificate.unchecked_pairs if pair.why.startswith(NEITHER_MOVES)]
-        pairs = [f"{pair.link} and {pair.other}" for pair in certificate.unchecked_pairs if pair not in unmoved]
+        pairs = [
+            f"{pair.link} and {pair.other}"
+            for pair in certificate.unchecked_pairs
+            if pair not in unmoved and not may_touch(pair)
+        ]
         if pairs:
             yield "left out", f"{_shortened(pairs, FIRST_PAIRS, ' pairs')}, near joints"
         for i, pair in enumerate(unmoved):  # all of them: some may be deep in one another

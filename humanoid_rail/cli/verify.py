@@ -55,7 +55,7 @@ def command(folder: str, scene_file: str | None, robot: RobotOptions, max_checks
     plan = read_plan(folder, scene_file, **robot)
     with progress("proving"):
         certificate = verify(plan.robot, plan.scene, plan.trajectory, max_checks=max_checks)
-    report_certificate(plan.scene.name, certificate, plan.trajectory.t)
+    report_certificate(plan.scene.name, certificate, plan.trajectory.t, events=plan.trajectory.events)
     return 0 if certificate.certified else 1
 
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from humanoid_rail.collision.certificate import Certificate
 from humanoid_rail.diagnosis import besides
+from humanoid_rail.model.allowed_contacts import allowed_contacts
 from humanoid_rail.result import SO_FAR, Status
 from humanoid_rail.scene.scene import Scene
 from humanoid_rail.trajectory import Trajectory
@@ -17,7 +18,8 @@ from humanoid_rail.viewer.colours import CLEARANCE_SCALE, PENETRATION_COLOUR
 OTHER_SCENE = "planned {} than those in the picture, which are of the first motion"
 """What is said of a motion whose scene is not drawn, and differs from the one that is."""
 NAMED = 4
-"""Of links of which nothing is proven so many are named; a click on the caption or the pointer shows all."""
+"""So many are named of links of which nothing is proven, and of contacts that are allowed; a click on the caption or
+the pointer shows all."""
 
 
 def caption(name: str, trajectory: Trajectory, closest: Sequence[Closest], *, mark: str = "", note: str = "") -> str:
@@ -52,7 +54,12 @@ def caption(name: str, trajectory: Trajectory, closest: Sequence[Closest], *, ma
     why = "" if reached else _why(trajectory)
     said = "".join(f'<span class="chip {"good" if good else "bad"}">{html.escape(text)}</span>' for good, text in chips)
     below = why + "".join(f"<p>{html.escape(line)}</p>" for line in lines if line)
-    below += "" if certificate is None else _left_out(certificate)
+    if certificate is not None:
+        contacts = allowed_contacts(certificate.unchecked_pairs, {event.object for event in trajectory.events})
+        below += _shortened("allowed", "may touch, not checked: ", contacts, "; ")
+        below += _shortened(
+            "bare", "not checked, as they have no collision body: ", certificate.links_without_body, ", "
+        )
     return (
         f'<section><div class="verdict">{mark}<h1>{html.escape(name)}</h1>{said}'
         f'<span class="method">{html.escape(method)}</span></div>{below}</section>'
@@ -101,12 +108,13 @@ def _why(trajectory: Trajectory) -> str:
     return f'<p class="why">{html.escape(first)}<span class="all">{html.escape(rest)}</span></p>'
 
 
-def _left_out(certificate: Certificate) -> str:
-    """Return of what nothing is proven, as HTML; empty if that is nothing."""
-    links = [html.escape(link) for link in certificate.links_without_body]
-    if not links:
+def _shortened(kind: str, heading: str, names: Sequence[str], between: str) -> str:
+    """Return a line with the first of some names and how many more there are, as HTML; empty if there are none."""
+    if not names:
         return ""
-    first, rest = ", ".join(links[:NAMED]), links[NAMED:]
+    escaped = [html.escape(name) for name in names]
+    first, rest = between.join(escaped[:NAMED]), escaped[NAMED:]
     if rest:
-        first += f'<span class="more"> and {len(rest)} more</span><span class="all">, {", ".join(rest)}</span>'
-    return f'<p class="bare" title="{", ".join(links)}">not checked, as they have no collision body: {first}</p>'
+        more = between + between.join(rest)
+        first += f'<span class="more"> and {len(rest)} more</span><span class="all">{more}</span>'
+    return f'<p class="{kind}" title="{between.join(escaped)}">{heading}{first}</p>'
