@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
-from humanoid_rail import Scene, Trajectory, load_robot, load_scene, plan, retime, verify
+from humanoid_rail import NativeKinematics, Scene, Trajectory, load_robot, load_scene, plan, retime, verify
 from humanoid_rail.holding.holding import hand_placement
 from humanoid_rail.resampling import evaluate
+from humanoid_rail.scene.objects import object_named, placed_at
+from humanoid_rail.scene.shapes import distance_between, placed_shapes
 
 pytestmark = pytest.mark.filterwarnings("ignore:no collision body")
 
@@ -62,3 +65,33 @@ def test_parts_are_where_they_are_put(kit: tuple[Scene, Trajectory]) -> None:
         )
         moved = last.act(first.inverse().act(np.array(grasp.position)))
         np.testing.assert_allclose(moved, release.position, atol=1e-6)
+
+
+def test_new_samples_measure_what_is_held(kit: tuple[Scene, Trajectory]) -> None:
+    """At samples that resampling adds, each obstacle is as near as the robot alone, or what it holds, by coal."""
+    scene, trajectory = kit
+    robot, looked, nearer = trajectory.robot, 0, 0
+    assert robot is not None
+    clear, later = (next(e for e in trajectory.events if e.kind == kind) for kind in ("clear", "release"))
+    fine = trajectory.resample(0.0033)
+    # Between the first retreat and the next approach nothing may touch.
+    approach = [e for e in trajectory.events if e.kind == "approach" and e.t < later.t][-1]
+    new = np.flatnonzero(~np.isin(fine.t, trajectory.t) & (fine.t > clear.t) & (fine.t < approach.t))[::9]
+    bare = NativeKinematics(robot, scene.obstacles).along(fine.q[new], np.inf, fine.t[new]).clearance
+    for row, k in enumerate(new):
+        for name, hand in (("bottle", "left"), ("box", "right")):
+            grasp = next(e for e in trajectory.events if e.kind == "grasp" and e.object == name)
+            first = hand_placement(robot, hand, evaluate(trajectory.motion, np.array([grasp.t]))[0][0])
+            held = first.inverse() * pin.SE3(np.eye(3), np.array(grasp.position))
+            there = hand_placement(robot, hand, fine.q[k]) * held
+            part = placed_at(object_named(scene.objects, name), there)
+            for number, obstacle in enumerate(scene.obstacles):
+                far = min(distance_between(a, b) for a in part for b in placed_shapes(obstacle))
+                nearer += far < bare[row, number]
+                bare[row, number] = min(bare[row, number], far)
+        found = fine.clearance[k]
+        near = np.isfinite(found)
+        np.testing.assert_allclose(found[near], bare[row][near], atol=1e-6)
+        looked += int(near.sum())
+    assert looked > 50
+    assert nearer > 20
