@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
+from weakref import WeakKeyDictionary
 
-from humanoid_rail.model.robot import Robot
+from humanoid_rail.model.robot import Hand, Robot
 from humanoid_rail.model.urdf import Urdf, read_urdf
 from humanoid_rail.model.urdf_joint import Joint
+
+_found: WeakKeyDictionary[Robot, dict[str, tuple[int, ...]]] = WeakKeyDictionary()
+"""What hands are made of, by robots: it takes reading the URDF."""
 
 
 def hand_bodies(robot: Robot, name: str) -> tuple[int, ...]:
@@ -27,7 +31,13 @@ def hand_bodies(robot: Robot, name: str) -> tuple[int, ...]:
     Raises:
         InvalidInput: If the robot has no such hand.
     """
-    hand = robot.hands[robot.hand(name)]
+    found = _found.setdefault(robot, {})
+    if name not in found:
+        found[name] = _hand_bodies(robot, robot.hands[robot.hand(name)])
+    return found[name]
+
+
+def _hand_bodies(robot: Robot, hand: Hand) -> tuple[int, ...]:
     wanted = hand.links
     if wanted is None:
         urdf = read_urdf(robot.urdf)
