@@ -192,6 +192,12 @@ def random_scene(rng: np.random.Generator, speed: float = 0.0) -> Scene:
     )
 
 
+def in_order(sides: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Return the rows of constraints (k, n) behind their sides (k,), sorted: each engine has an order of its own."""
+    table = np.column_stack([sides, rows])
+    return table[np.lexsort(np.round(table, 6).T[::-1])]
+
+
 def some_obstacles(rng: np.random.Generator, count: int = 6, speed: float = 0.0) -> tuple[Obstacle, ...]:
     """Return spheres, capsules and boxes around the robot."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import central_difference, points, random_q, some_obstacles
+from conftest import central_difference, in_order, points, random_q, some_obstacles
 
 from humanoid_rail import Gains, NativeKinematics, Robot, Safety, Scene
 from humanoid_rail._arrays import Array
@@ -96,11 +96,8 @@ def test_both_engines_have_the_same_rows(holding: Robot, rng: np.random.Generato
         fast = NativeKinematics(holding, obstacles)
         constrained_velocity(fast, points(TARGETS), Gains(), safety, 0.01)(q, 0.0)
         rows, sides = fast.native.constraints()
-        found, wanted = (
-            np.column_stack([h, G])[np.lexsort(np.round(np.column_stack([h, G]), 6).T[::-1])]
-            for h, G in ((sides, rows), (expected.sides, expected.rows))
-        )
-        np.testing.assert_allclose(found, wanted, atol=1e-6)
+        found = in_order(sides, rows)
+        np.testing.assert_allclose(found, in_order(expected.sides, expected.rows), atol=1e-6)
         compared += len(found)
         with_objects += bool((state.clearance[-3:-1] <= safety.horizon).any())
     assert compared > 100
